@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 # Of the largest energy: the terms of V are rounded, and so are the states that it is evaluated at.
 ROUND_OFF = 64.0 * np.finfo(float).eps
 # [J]: 1e-30 m/s of a kilogram, which round-off leaves of what is held; slower by far than picometres in 1e12 s.
-_AT_REST = 1e-50  # [J]: of rates of 1e-25 m/s of a kilogram, which round-off leaves of what is held
+_AT_REST = 1e-60
 _ERROR_PER_RTOL, _LEAST_ERROR, _LARGEST_ERROR = 1e5, 1e-6, 2e-2
 _ERROR_OF_FIXED_STEPS, _ERROR_OF_ORDER_1 = 2e-2, 5e-2  # about twice the error of an amplitude
 _LOOKED_AT = 200  # frames that tell the exchange of a run on its way

@@ -96,7 +96,7 @@ class LoopArrays:
         method = suited_to_size(method, system)
         self.coefficients = method.coefficients(system)
         # Fixed steps run over jumps of forces, as they do over everything.
-        self.jumps = list(system.jumps) if with_events and method.adaptive else []
+        self.jumps = system.jumps if with_events and method.adaptive else []
         with_events = with_events and (method.adaptive or len(system.jumps) < len(system.events))
         self.n_events = len(system.events) if with_events else 0
         self._with_energy = bool(np.isfinite(energy_level))
@@ -130,7 +130,6 @@ class LoopArrays:
         c[:] = 0.0
         c[at.RTOL], c[at.ATOL], c[at.H] = self._at_start
         self.fixed_step = 0.0 if method.adaptive else self._at_start[2]
-        self.aimed_steps = method.aimed_steps
         c[at.H_MAX] = c[at.T_STOP] = c[at.T_WATCH] = np.inf
         c[at.H_MIN] = _SHORTEST_STEP
         c[at.T] = c[at.T_START] = c[at.T_GRID] = c[at.T_EVENT] = t

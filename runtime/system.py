@@ -59,8 +59,6 @@ class System(ModelFunctions):
     dependent : tuple of int
         Constraints that followed from the others where the model was derived: `rhs`, `project` and series leave them
         out, and the multipliers of `rhs` are zero for them.
-    jumps : tuple of int
-        Which of the events are places at which a force goes over to another branch; see `symgen/derive/jumps.py`.
     quaternions : tuple of int
         Where in q each unit quaternion (w, x, y, z) begins.
     states, integrals : tuple of int
@@ -89,7 +87,6 @@ class System(ModelFunctions):
             set_(key, tuple(header[key]))
         for key in ("outputs", "events", "bodies"):
             set_(key, tuple(header[key]))
-        set_("jumps", tuple(k for k, event in enumerate(self.events) if event["action"] == JUMP))
         set_("quaternions", tuple(header.get("quaternions", ())))
         set_("states", tuple(header.get("states", ())))
         set_("integrals", integral_places(header))
@@ -217,6 +214,11 @@ class System(ModelFunctions):
         """How many there are: what a recording has of each frame. Branches of forces follow from the state."""
         places = self.settings_of_switches
         return places.stop - places.start
+
+    @property
+    def jumps(self) -> list[int]:
+        """Which of the events are places at which a force goes over to another branch; see `symgen/derive/jumps.py`."""
+        return [k for k, event in enumerate(self.events) if event["action"] == JUMP]
 
     def with_settings(self, p: np.ndarray) -> np.ndarray:
         """Return `p` of parameters and inputs alone with all stops open and no friction behind them."""

@@ -6,14 +6,12 @@ import numpy as np
 import pytest
 from recorded import assert_same_recording, record
 from scipy.integrate import solve_ivp
-from stress import plates
 from stress.plate_phases import Plate, course
 
 from symgen import Model, cos, dot, sin
 from symgen.errors import ModelError
 from symgen.link import derive_text
 from symgen.runtime import load, solve
-from symgen.runtime.contact import switching
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.recording.resume import Resumed
 
@@ -147,47 +145,6 @@ def test_the_impulse_in_an_impact_lies_in_the_circle(systems, mu, e):
     speed = np.hypot(*before[:2])
     left = max(speed - mu * (1.0 + e) * down, 0.0)
     np.testing.assert_allclose(first.v_after, [*(before[:2] / speed * left), e * down], rtol=1e-8, atol=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("method", "kind", "number"),
-    [("dopri5", "given", 2), ("bs32", "given", 10), ("taylor", "stop", 5), ("generalized_alpha", "given", 1),
-     ("hht", "stop", 4)],
-)  # fmt: skip
-def test_sliding_that_turns_while_it_comes_to_rest_is_not_missed(method, kind, number):
-    """Steps passed the place of rest by their errors, and slid on; Newton's method found no end of a step near it."""
-    assert plates.judge(plates.draw(1, number), kind, method) == ("right", "")
-
-
-def test_where_a_direction_turns_too_fast_the_run_says_so(systems, monkeypatch):
-    """Were the direction not kept near rest."""
-    monkeypatch.setattr(switching, "_BROUGHT", 0.0)
-    case = plates.draw(1, 5)
-    run = plates.model("stop").run(
-        t_end=case.t_end, method="taylor", parameters=case.parameters, rate=dict(zip("xy", case.velocity))
-    )
-    assert run.status == "failed" and "change point" not in run.message
-    assert (
-        "friction in two directions (sole) is almost at rest" in run.message and "use dop853" in run.message
-    )
-
-
-def test_a_table_that_slides_on_twelve_feet_is_no_paradox():
-    m = Model("twelve")
-    x, y, z = (
-        m.coordinate(name, start=0.0, rate=rate) for name, rate in (("x", 0.8), ("y", 0.6), ("z", 0.0))
-    )
-    a, b = m.coordinate("a", start=0.0), m.coordinate("b", start=0.0)
-    m.body("table", mass=2.0, inertia=[0.02, 0.03, 0.04], com=(x, y, z + 0.05), rotation=[["x", a], ["y", b]])
-    m.force(z, -2.0 * G)
-    for k in range(12):
-        px, py = 0.1 * np.cos(0.5 * k), 0.1 * np.sin(0.5 * k)
-        m.stop(f"foot{k}", z + 0.05 - 0.05 * cos(a) * cos(b) + py * sin(a) - px * sin(b) * cos(a))
-        m.friction(f"rub{k}", speeds=(dot(x), dot(y)), coefficient=0.3, normal=f"foot{k}")
-    run = m.derive().run(t_end=1.0, method="dop853")
-    assert run.status == "success", run.message
-    way = 1.0 / (2.0 * 0.3 * G)
-    np.testing.assert_allclose(run.q[-1], [0.8 * way, 0.6 * way, 0.0, 0.0, 0.0], atol=1e-7)
 
 
 def test_a_box_on_four_feet_slides_from_rest_and_comes_to_rest():

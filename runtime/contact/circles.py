@@ -10,7 +10,7 @@ algorithm to solve frictional contact problems, Comput. Methods Appl. Mech. Eng.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,7 +22,7 @@ _SWEEPS = 25  # of a round
 _NEWTON_STEPS = 25
 _SOLVED = 1e-13  # of the largest force
 _REDUNDANT = 1e-12  # singular values below this part of the largest: forces that others can take over
-_OF_TURNING = 1e-3  # of the accelerations
+_ROUND_OFF = 1e-15
 
 
 @dataclass(frozen=True)
@@ -104,8 +104,6 @@ def circle_forces(law: ContactLaw) -> tuple[np.ndarray, np.ndarray]:
     x, rows = np.zeros(len(law.free)), np.flatnonzero(law.acting)
     held = law.here.compliance[np.ix_(rows, rows)]
     x[rows] = -np.linalg.lstsq(held, law.free[rows], rcond=_REDUNDANT)[0]
-    if law.driven:  # what a blow leaves of speeds would be closing still
-        law = _without_turning(law, rows, x)
     for _ in range(_ROUNDS):
         found = _newton(law, x)
         if found is not None:
@@ -113,18 +111,6 @@ def circle_forces(law: ContactLaw) -> tuple[np.ndarray, np.ndarray]:
         for _ in range(_SWEEPS):
             x = _sweep(law, x)
     raise NoSolution
-
-
-def _without_turning(law: ContactLaw, rows: np.ndarray, x: np.ndarray) -> ContactLaw:
-    """Leave out small accelerations that no forces can take away, where all that is held is.
-
-    Points of a body that rocks about an edge have accelerations of its turning, in which they come nearer to each
-    other: not all can be held. Those that lift off leave the problem once it is known what presses.
-    """
-    left = np.zeros_like(law.free)
-    left[rows] = (law.free + law.here.compliance @ x)[rows]
-    small = np.abs(left).max(initial=0.0) <= _OF_TURNING * np.abs(law.free[rows]).max(initial=0.0)
-    return replace(law, free=law.free - left) if small else law
 
 
 def _newton(law: ContactLaw, x: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:

@@ -11,9 +11,6 @@ see `circles.py`.
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Iterator
-
 import numpy as np
 
 from symgen.runtime.contact.circles import ContactLaw, circle_forces
@@ -94,8 +91,7 @@ _MOST_PASSES = 50
 _CONVERGED = 1e-13
 _REGULAR = 1e-9  # of a minor without friction
 _DEPENDENT = 1e-10  # minors of rows scaled to 1: these stops depend on each other
-_MANY_IDLE = 8  # rows without forces that cost more than leaving them out
-_MOST_STOPS = 10  # of which all 2^n minors are looked at
+_MOST_STOPS = 10  # 2^n minors are looked at
 
 
 def coulomb_forces(
@@ -137,14 +133,6 @@ def coulomb_forces(
     """
     n, k = len(free), len(levels.fixed)
     n_stops = n - k
-    frictions = levels.pressed(acting[:n_stops])
-    if (
-        n - np.count_nonzero(acting[:n_stops]) - np.count_nonzero(frictions) > _MANY_IDLE
-    ):  # these have no forces
-        given = (here, free, acting, senses, levels, circles)
-        return _forces_of_some(
-            np.flatnonzero(acting[:n_stops]), np.flatnonzero(frictions), *given, driven=driven
-        )
     still = acting[n_stops:]
     if still[circles].any():
         law = ContactLaw(here, free, acting, senses, levels, circles, driven)
@@ -162,30 +150,6 @@ def coulomb_forces(
     else:
         raise Paradox
     return x, c + slope @ x
-
-
-def _forces_of_some(
-    stops: np.ndarray,
-    frictions: np.ndarray,
-    here: LocalDynamics,
-    free: np.ndarray,
-    acting: np.ndarray,
-    senses: np.ndarray,
-    levels: Levels,
-    circles: np.ndarray,
-    *,
-    driven: bool,
-) -> tuple[np.ndarray, np.ndarray]:
-    """The forces where only some of the stops and frictions have any."""
-    n_stops = len(acting) - len(senses)
-    rows = np.concatenate([stops, n_stops + frictions])
-    number = np.zeros(len(senses), dtype=int)
-    number[frictions] = np.arange(len(frictions))
-    both = number[circles[np.isin(circles[:, 0], frictions)]]
-    own = (here.of(rows), free[rows], acting[rows], senses[frictions], levels.of(stops, frictions))
-    forces, level = np.zeros(len(free)), levels.fixed.copy()
-    forces[rows], level[frictions] = coulomb_forces(*own, circles=both, driven=driven)
-    return forces, level
 
 
 def _linear_forces(
@@ -228,9 +192,8 @@ def check_unique(
     """Make sure that sliding frictions in proportion to reactions leave one motion.
 
     All principal minors of the matrix of stops, with what sticks held, must be positive in parts of those without
-    friction (Cottle, Pang, Stone, The Linear Complementarity Problem, theorem 3.3.7). Of many stops those of
-    `_looked_at` are, which is necessary. Frictions that follow multipliers must answer to a change of their level with
-    a smaller one.
+    friction (Cottle, Pang, Stone, The Linear Complementarity Problem, theorem 3.3.7). Frictions that follow multipliers
+    must answer to a change of their level with a smaller one.
 
     Raises
     ------
@@ -240,34 +203,21 @@ def check_unique(
     sliding = np.where(stuck, 0.0, np.where(levels.coefficients > 0.0, senses, 0.0))
     if not sliding.any():
         return
-    frictions = levels.pressed(touching)
-    if n - np.count_nonzero(touching) - np.count_nonzero(frictions) > _MANY_IDLE:
-        stops, frictions = np.flatnonzero(touching), np.flatnonzero(frictions)
-        rows = np.concatenate([stops, n_stops + frictions])
-        own = (here.of(rows), touching[stops], stuck[frictions], senses[frictions])
-        check_unique(*own, levels.of(stops, frictions), x[rows])
-        return
     _, slope = levels.linear(here, x, 1.0)
     _check_answers(here, sliding, levels, n_stops)
     spread = np.zeros((n, len(sliding)))
     spread[n_stops + np.arange(len(sliding)), np.arange(len(sliding))] = sliding
     with_friction = here.compliance @ np.linalg.inv(np.eye(n) + spread @ slope)
     stops, held = np.flatnonzero(touching), n_stops + np.flatnonzero(stuck)
+    if len(stops) > _MOST_STOPS:
+        raise Paradox
     scale = 1.0 / np.sqrt(np.maximum(np.diag(here.compliance), 1e-300))
     scaled = [matrix * np.outer(scale, scale) for matrix in (with_friction, here.compliance)]
-    for chosen in _looked_at(stops, x):
-        rows = np.concatenate([np.array(chosen, dtype=int), held])
+    for chosen in range(1, 1 << len(stops)):
+        rows = np.concatenate([stops[[bool(chosen >> b & 1) for b in range(len(stops))]], held])
         minor, without = (np.linalg.det(matrix[np.ix_(rows, rows)]) for matrix in scaled)
         if without > _DEPENDENT and minor <= _REGULAR * without:
             raise Paradox
-
-
-def _looked_at(stops: np.ndarray, x: np.ndarray) -> Iterator[tuple[int, ...]]:
-    """All sets of some stops; of many each one, each two, and what bears."""
-    sizes = range(1, len(stops) + 1) if len(stops) <= _MOST_STOPS else (1, 2)
-    for size in sizes:
-        yield from itertools.combinations(stops, size)
-    yield tuple(stops[x[stops] > 0.0])
 
 
 def _check_answers(here: LocalDynamics, sliding: np.ndarray, levels: Levels, n_stops: int) -> None:

@@ -10,7 +10,6 @@ import numpy as np
 from symgen.runtime.contact.coulomb import coulomb_forces
 from symgen.runtime.contact.levels import Levels, NoSolution, Paradox
 from symgen.runtime.contact.local_dynamics import (
-    ContactEquations,
     LocalDynamics,
     creeping_frictions,
     given,
@@ -54,7 +53,7 @@ class Instant:
         self.system, self.arrays = system, arrays
         kinds = [switch["kind"] for switch in system.switches]
         self.names = [switch.get("circle", switch["name"]) for switch in system.switches]
-        self.layout, self.equations = Layout(system), ContactEquations(system)
+        self.layout = Layout(system)
         self.n_stops, self.n = kinds.count("stop"), len(kinds)
         self.normals = normals_of(system)
         self._smooth, self._creeps = smooth_frictions(system), creeping_frictions(system)
@@ -63,8 +62,6 @@ class Instant:
         self.stuck = np.zeros(self.n - self.n_stops, dtype=bool)
         self.senses = np.zeros(self.n - self.n_stops)
         self.turning, self.aimed = np.zeros_like(self.stuck), np.zeros_like(self.stuck)
-        self._in_circles = np.zeros_like(self.stuck)  # which are directions of one that has two
-        self._in_circles[self.layout.circles] = True
         self._aims = np.zeros(
             (len(self.layout.circles), 2)
         )  # how long each is aimed or turns: an angle, a speed
@@ -74,13 +71,14 @@ class Instant:
     def settings(self) -> np.ndarray:
         """The numbers in `p` that say all this."""
         layout = self.layout
-        values = np.zeros(layout.n_settings)
-        values[layout.closed], values[layout.stuck] = self.closed, self.stuck
-        values[layout.sense] = self.senses
-        if len(layout.circles):
-            first = layout.circles[:, 0]
-            values[layout.turns], values[layout.aimed] = self.turning[first], self.aimed[first]
-            values[layout.angle], values[layout.bound] = self._aims.T
+        values, first = np.zeros(layout.n_settings), layout.circles[:, 0]
+        values[layout.closed], values[layout.stuck], values[layout.sense] = (
+            self.closed,
+            self.stuck,
+            self.senses,
+        )
+        values[layout.turns], values[layout.aimed] = self.turning[first], self.aimed[first]
+        values[layout.angle], values[layout.bound] = self._aims.T
         return values
 
     @settings.setter
@@ -93,10 +91,10 @@ class Instant:
 
     @property
     def phases(self) -> np.ndarray:
-        """What each stop and friction does, a row each: held or not, and of two directions in which way it slides."""
-        if not len(self.layout.circles):
-            return self.held[:, None]
-        senses = np.where(self._in_circles, self.senses, 0.0)
+        """What each stop and friction does, shape (n, 4): held or not, and of two directions in which way it slides."""
+        circles = np.zeros_like(self.stuck)
+        circles[self.layout.circles] = True
+        senses = np.where(circles, self.senses, 0.0)
         frictions = np.column_stack([self.stuck, self.turning, self.aimed, senses])
         stops = np.zeros((self.n_stops, 4))
         stops[:, 0] = self.closed
@@ -179,12 +177,8 @@ class Instant:
         y = arrays.y[: self.system.nq + self.system.nv].copy()
         key = (arrays.t, y.tobytes(), arrays.p.tobytes())
         if self._last is None or self._last[0] != key:
-            self._last = (key, self.equations.at(arrays.p, arrays.t, y))
+            self._last = (key, LocalDynamics(self.system, arrays.p, arrays.t, y))
         return self._last[1]
-
-    def _attend_to_all(self) -> None:
-        """Let the equations know of all stops and frictions: which of them can have forces is not known yet."""
-        self.equations.attended = np.ones(self.n, dtype=bool)
 
     def _watched(
         self, here: LocalDynamics | None = None

@@ -51,16 +51,3 @@ class Levels:
                     slope[j] = self.coefficients[j] * (reaction / size) @ here.multiplier_responses[rows]
                     c[j] += self.coefficients[j] * size - slope[j] @ x
         return c, slope
-
-    def of(self, stops: np.ndarray, frictions: np.ndarray) -> Levels:
-        """Return those of some frictions, where their stops are among some stops; both are numbers."""
-        place = {int(stop): k for k, stop in enumerate(stops)}
-        normals = [
-            (None if stop is None else place[stop], rows)
-            for stop, rows in (self.normals[k] for k in frictions)
-        ]
-        return Levels(self.fixed[frictions], self.coefficients[frictions], normals)
-
-    def pressed(self, stops: np.ndarray) -> np.ndarray:
-        """Which of the frictions can act where only `stops`, a mask, touch."""
-        return np.array([stop is None or stops[stop] for stop, _ in self.normals], dtype=bool)

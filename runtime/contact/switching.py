@@ -31,7 +31,6 @@ _NEARLY = 100.0  # times the speed that is zero within the tolerances
 _FAR = 0.999  # of what a friction can take
 _ANY_ANGLE, _ANY_SPEED = 1e9, 1e150
 _CLEARLY, _AT_BOUND = 2.0, 1e-6  # times the speed from which on fixed steps let a friction turn
-_BROUGHT = 1e4  # times the absolute tolerance
 _OFF_AIM = 1e-6  # of the speed along an aim: what goes across beyond that has another direction
 
 
@@ -71,6 +70,13 @@ class Holding(Instant):
         self._check_unique(here, in_touch, kept[self.n_stops :], levels, forces)
         return self._with_aims(here, kept, levels, forces)
 
+    @property
+    def _in_circles(self) -> np.ndarray:
+        """Which frictions are directions of one that has two."""
+        found = np.zeros(self.n - self.n_stops, dtype=bool)
+        found[self.layout.circles] = True
+        return found
+
     def _far_from_limit(self, forces: np.ndarray, most: np.ndarray) -> np.ndarray:
         """Which frictions are to hold what several could: all, but those of two directions that can take no more."""
         return ~self._in_circles | (self.layout.together(np.abs(forces)) < _FAR * most)
@@ -83,8 +89,7 @@ class Holding(Instant):
         An aim lasts until it would miss by what the tolerances allow: of a friction F whose direction turns at the rate
         w, sliding along a fixed one for φ/w makes an error of F φ³/(6 w) in the speed, where F/w is a speed of the
         motion. To fixed steps it is renewed until the friction no longer stops the sliding within one of them; and what
-        comes to rest within one keeps its direction. So does, in adaptive steps, what is slower than `_BROUGHT` times
-        the absolute tolerance: a direction turns at a rate without bound there, and sliding would miss the rest.
+        comes to rest within one keeps its direction.
         """
         if not len(self.layout.circles):
             return kept
@@ -104,22 +109,14 @@ class Holding(Instant):
         step, along = self.arrays.fixed_step, self.n_stops + rows
         angles = np.where(aimed, _WIDEST if step else min(angle, _WIDEST), 0.0)
         bounds = np.where(aimed, _ANY_SPEED, 0.0)
-        rising = (turned.free + turned.compliance @ (turned.rotation @ forces))[along] > 0.0
-        c, slope = levels.linear(here, forces, 1.0)
-        stopped = (
-            (c + slope @ forces)[rows] * np.diag(turned.compliance)[along] * step * self.arrays.aimed_steps
-        )
-        slow = stopped if step else self._brought(here)[rows]
-        ending = aimed & ~rising
-        angles = np.where(ending, _ANY_ANGLE, angles)
-        bounds = np.where(ending | (aimed & (step > 0.0)), _CLEARLY * slow, np.where(turns, slow, bounds))
+        if step:
+            c, slope = levels.linear(here, forces, 1.0)
+            stopped = (c + slope @ forces)[rows] * np.diag(turned.compliance)[along] * step
+            rising = (turned.free + turned.compliance @ (turned.rotation @ forces))[along] > 0.0
+            angles = np.where(aimed & ~rising, _ANY_ANGLE, angles)
+            bounds = np.where(aimed, _CLEARLY * stopped, np.where(turns, stopped, 0.0))
         self._aims = np.column_stack([angles, bounds])
         return kept
-
-    def _brought(self, here: LocalDynamics) -> np.ndarray:
-        """Sliding speeds below which adaptive steps keep the direction of what comes to rest."""
-        sizes = np.abs(here.rows).sum(axis=1)[self.n_stops :]
-        return self.layout.together(_BROUGHT * sizes * max(float(self.arrays.control[at.ATOL]), 1e-15))
 
     def _begin_about_a_point(self, here: LocalDynamics, circles: np.ndarray) -> bool:
         """Whether frictions that move each other begin to slide in directions that are not parallel."""
@@ -154,7 +151,7 @@ class Holding(Instant):
             if not fired[i]:
                 continue
             s = here.speeds[self.n_stops + np.array([i, j])]
-            if self.turning[i] and np.hypot(*s) <= bounds[k] * (1.0 + _AT_BOUND):
+            if self.turning[i] and step and np.hypot(*s) <= bounds[k] * (1.0 + _AT_BOUND):
                 self.senses[[i, j]], self.aimed[[i, j]], set_[[i, j]] = s / np.hypot(*s), True, True
             elif self.aimed[i] and step and self.senses[[i, j]] @ s < bounds[k] * (1.0 - _AT_BOUND):
                 across = self._forces_across() if across is None else across
@@ -288,7 +285,7 @@ class Holding(Instant):
         size = max(1.0, np.abs(here.state).max(initial=0.0))
         ahead = _AHEAD * (size / speed if speed > 0.0 else 1.0)
         state = np.concatenate([Positions(system).retract(q, ahead * v), v + ahead * change])
-        return self.equations.at(self.arrays.p, here.t + ahead, state)
+        return LocalDynamics(system, self.arrays.p, here.t + ahead, state)
 
     def _share(self, here: LocalDynamics, others: np.ndarray, forces: np.ndarray) -> None:
         """Let frictions whose motion others hold already keep the part of the force that they have."""
@@ -458,7 +455,6 @@ def _adds_energy(here: LocalDynamics, x: np.ndarray) -> bool:
 
 _VIOLATED = 1e-6  # gap at the start, in parts of the coordinates' sizes, from which on it is an error
 _WITHIN_STEPS = 2.0  # the pull may grow while a gap opens
-_STEPS_BEFORE_REST = 1e3
 _AT_REST = 1e-6  # of what a sliding speed changes by in a step: at its event it is zero but for round-off
 
 
@@ -473,7 +469,6 @@ class Switching(Holding):
         RuntimeModelError
             A stop is violated.
         """
-        self._attend_to_all()
         gaps = self._watched()[0]
         for i in np.flatnonzero(gaps < -_VIOLATED * self._size()):
             raise RuntimeModelError(
@@ -497,7 +492,6 @@ class Switching(Holding):
             The indices of those that fired, or else of those that changed, and what became of each: impact, release,
             stick, slip or turn.
         """
-        self._attend_to_all()
         if not len(fired):
             self._last = None  # inputs have other values at the same time
         is_fired = np.zeros(self.n, dtype=bool)
@@ -557,28 +551,7 @@ class Switching(Holding):
         return "" if on_its_way else "turn"
 
     def objection(self) -> str:
-        """Why there is no going on from here: what `_paradox` says, or a direction that turns too fast."""
-        self._attend_to_all()
-        return self._paradox() or self._turns_too_fast()
-
-    def _turns_too_fast(self) -> str:
-        """Which friction in a plane is so near to rest that its direction turns in the last steps."""
-        here = self._here()
-        rest = self._sliding(here) / np.maximum(
-            self.layout.together(np.abs(here.free[self.n_stops :])), 1e-300
-        )
-        near = self.turning & (rest <= _STEPS_BEFORE_REST * self.arrays.h_last)
-        if not near.any():
-            return ""
-        k = int(np.flatnonzero(near)[0])
-        name, t, speed = self.names[self.n_stops + k], self.arrays.t, self._sliding(here)[k]
-        return (
-            f"friction in two directions ({name}) is almost at rest at t = {t:.9g} s ({speed:.1e} in speed), where its "
-            "direction turns faster than steps follow: use dop853 or radau5, or a larger atol"
-        )
-
-    def _paradox(self) -> str:
-        """Why reactions are not unique, or friction with them leaves no one motion."""
+        """Why there is no going on from here: reactions are not unique, or friction with them leaves no one motion."""
         if not self._coupled.any():
             return ""
         here = self._here()
@@ -606,7 +579,7 @@ class Switching(Holding):
         h = float(arrays.control[at.H_LAST])
         y = arrays.y[:n].copy()
         y = Positions(self.system).retract(y[:nq], h * y[nq:]), y[nq:]
-        return self.equations.at(arrays.p, arrays.t + h, np.concatenate(y))
+        return LocalDynamics(self.system, arrays.p, arrays.t + h, np.concatenate(y))
 
     def _came_to_rest(self, here: LocalDynamics) -> np.ndarray:
         """Which frictions have no speed if they fired; those that follow reactions may have come to a paradox."""
@@ -635,15 +608,10 @@ class Switching(Holding):
         either, which would rub for nothing: a blow without restitution and what is pressed from there on are in sum
         what ever smaller rebounds are.
         """
-        self.equations.attended = np.concatenate([near, self._pressed(near)])
-        first = (near, struck, slow, aims, np.zeros(self.n_stops, dtype=bool))
-        if not self._coupled.any():
-            self._decide_once(*first)
-            return
         rates = slice(self.system.nq, self.system.nq + self.system.nv)
         before, settings = self.arrays.y[rates].copy(), self.settings
-        rebounds = self._decide_once(*first)
-        if rebounds.any():
+        rebounds = self._decide_once(near, struck, slow, aims, np.zeros(self.n_stops, dtype=bool))
+        if rebounds.any() and self._coupled.any():
             self.arrays.y[rates], self.settings = before, settings
             self._decide_once(near, struck, slow, aims, rebounds)
 
@@ -690,12 +658,8 @@ class Switching(Holding):
         """Let all that slides do so in the direction of its speed; an aim that the motion still has is kept."""
         speeds, sizes = here.speeds[self.n_stops :], self._sliding(here)
         circles = self._in_circles
+        along = here.turned(self.layout.turned(self.senses, self.aimed)).speeds[self.n_stops :]
         kept = self.aimed.copy()
-        along = (
-            self.layout.turned(self.senses, self.aimed)[self.n_stops :] @ here.speeds
-            if kept.any()
-            else speeds
-        )
         for i, j in self.layout.circles:
             is_set = aims is not None and aims[i]
             kept[[i, j]] &= is_set or (along[i] > 0.0 and abs(along[j]) <= _OFF_AIM * along[i])
