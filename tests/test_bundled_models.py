@@ -11,9 +11,11 @@ import pytest
 from newton_euler import NewtonEuler
 from oracles.planar_mechanisms import MECHANISMS
 from oracles.variational import VariationalModel
-from sympy import Expr, symbols
+from sympy import symbols
 
 from symgen.link import derive
+from symgen.model.algebra import Expr
+from symgen.model.from_sympy import taken_over, to_sympy
 from symgen.model.library import bundled, find, load
 from symgen.runtime.abi import SOLIDS
 from symgen.runtime.errors import RuntimeModelError
@@ -106,10 +108,10 @@ def in_numbers(description):
     """The description with the values of its parameters, constants and definitions in bodies and joints."""
     values = {symbols(x.name): x.value for x in (*description.parameters, *description.constants)}
     for name, expression in description.definitions:
-        values[symbols(name)] = expression.subs(values)
+        values[symbols(name)] = to_sympy(expression).subs(values)
 
     def number(expression):
-        return expression.subs(values) if isinstance(expression, Expr) else expression
+        return taken_over(to_sympy(expression).subs(values)) if isinstance(expression, Expr) else expression
 
     def numbers(item, *fields):
         return replace(item, **{f: tuple(map(number, getattr(item, f))) for f in fields})

@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from symgen import load
+from symgen.model.from_sympy import to_sympy
 from symgen.model.library import find
 from symgen.model.library import load as read
 
@@ -17,8 +18,8 @@ def properties(name: str, body: str) -> tuple[float, np.ndarray, np.ndarray]:
     d = read(find(name)).describe()
     values = {p.name: p.value for p in (*d.parameters, *d.constants)}
     b = next(b for b in d.bodies if b.name == body)
-    mass, *centre = (float(x.subs(values)) for x in (b.mass, *b.com))
-    xx, yy, zz, xy, xz, yz = ([float(x.subs(values)) for x in b.inertia] + [0.0] * 3)[:6]
+    mass, *centre = (float(to_sympy(x).subs(values)) for x in (b.mass, *b.com))
+    xx, yy, zz, xy, xz, yz = ([float(to_sympy(x).subs(values)) for x in b.inertia] + [0.0] * 3)[:6]
     return mass, np.array(centre), np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 

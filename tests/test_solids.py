@@ -11,6 +11,7 @@ from symgen import Model
 from symgen.cli import main
 from symgen.errors import ModelError
 from symgen.link import derive
+from symgen.model.from_sympy import to_sympy
 from symgen.model.solids import FORMS
 from symgen.model.toml_reader import read_text
 from symgen.runtime.batches import evaluate
@@ -81,7 +82,9 @@ def body_of(model: Model) -> tuple[float, np.ndarray, np.ndarray]:
     """Mass, centre and tensor of the first body at the parameters' values."""
     d = model.describe()
     values = {p.name: p.value for p in d.parameters}
-    number = [float(x.subs(values)) for x in (d.bodies[0].mass, *d.bodies[0].com, *d.bodies[0].inertia)]
+    number = [
+        float(to_sympy(x).subs(values)) for x in (d.bodies[0].mass, *d.bodies[0].com, *d.bodies[0].inertia)
+    ]
     mass, centre, inertia = number[0], np.array(number[1:4]), [*number[4:], 0.0, 0.0, 0.0]
     xx, yy, zz, xy, xz, yz = inertia[:6]
     return mass, centre, np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
@@ -346,7 +349,10 @@ def test_numbers_alone_make_numbers():
         hung([{"cylinder": [0.2, 0.5]}, {"box": [0.1, 0.2, 0.3], "offset": [0.3, 0, 0]}]).describe().bodies[0]
     )
     assert all(x.is_Number for x in body.com)
-    assert all(str(x.free_symbols) == "{rho}" and x.args[0].is_Number for x in (body.mass, *body.inertia[:3]))
+    assert all(
+        {symbol.name for symbol in x.free_symbols} == {"rho"} and x.args[0].is_Number
+        for x in (body.mass, *body.inertia[:3])
+    )
 
 
 def test_shapes_of_density_zero_are_drawn_only():

@@ -56,17 +56,19 @@ def _in_threads(
     plan: Plan, wanted: Wanted, chunks: Sequence[tuple[int, int]], store: ZarrStore | None, gather: bool
 ) -> Iterator[Chunk]:
     n = n_places(plan.options)
-    give_up(plan, again=True)
-    # The main thread waits beside them, so that Ctrl-C has an answer at once.
-    with ThreadPoolExecutor(n) as executor:
-        try:
-            yield from in_order(
-                lambda first, last: executor.submit(run_chunk, plan, wanted, first, last, store, gather),
-                chunks, AHEAD * n,
-            )  # fmt: skip
-        except BaseException:
-            stop_all(plan)
-            raise
+    try:
+        # The main thread waits beside them, so that Ctrl-C has an answer at once.
+        with ThreadPoolExecutor(n) as executor:
+            try:
+                yield from in_order(
+                    lambda first, last: executor.submit(run_chunk, plan, wanted, first, last, store, gather),
+                    chunks, AHEAD * n,
+                )  # fmt: skip
+            except BaseException:
+                stop_all(plan)
+                raise
+    finally:
+        give_up(plan, again=True)
 
 
 def _with_store(store: ZarrStore | None, chunks: Iterator[Chunk]) -> Iterator[Chunk]:

@@ -63,6 +63,9 @@ class Expr:
     def __hash__(self) -> int:
         return self._hash
 
+    def __reduce__(self) -> tuple[Any, ...] | str:
+        return _remade, (type(self), self.args)
+
     def __eq__(self, other: object) -> bool:
         if self is other:
             return True
@@ -119,6 +122,14 @@ class Expr:
     def is_number(self) -> bool:
         """Whether no name is in it."""
         return not self.free_symbols
+
+    def __float__(self) -> float:
+        """The value of an expression without names; where it is made of sums, products and pi, rounded once."""
+        found = _exact_value(self)
+        return self._double(*map(float, self.args)) if found is None else float(found)
+
+    def _double(self, *args: float) -> float:
+        raise TypeError(f"{self!r} has no value")
 
     def atoms(self, kind: type[Expr]) -> set[Expr]:
         """All parts that are of a class, each once."""
@@ -184,6 +195,29 @@ def postorder(roots: Iterable[Any], seen: set[int] | None = None) -> list[Any]:
     return order
 
 
+_PI = Fraction("3.14159265358979323846264338327950288419716939937510")
+
+
+def _exact_value(x: Expr) -> Fraction | None:
+    """The value of sums, products and whole powers of rational numbers, doubles and pi; None of others."""
+    if x.is_Number:
+        return Fraction(x._value) if x.is_finite else None
+    if x is pi:
+        return _PI
+    if isinstance(x, Pow):
+        base = _exact_value(x.base)
+        return base**x.exp.p if base and x.exp.is_Integer else None
+    parts = [_exact_value(a) for a in x.args] if isinstance(x, (Add, Mul)) else [None]
+    if None in parts:
+        return None
+    return sum(parts) if isinstance(x, Add) else math.prod(parts, start=Fraction(1))
+
+
+def _remade(cls: type[Expr], args: tuple[Expr, ...]) -> Expr:
+    """A copy, or what was pickled."""
+    return cls._made(args)
+
+
 def _key_of(x: Expr) -> tuple:
     return (*_rank(type(x).__name__), len(x.args), *(y.sort_key for y in x.args))
 
@@ -228,6 +262,9 @@ class Symbol(Expr):
     def __init__(self, name: str) -> None:
         self.name = name
         self._hash = hash((Symbol, name))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Symbol, (self.name,)
 
     @cached_property
     def sort_key(self) -> tuple:
@@ -317,6 +354,9 @@ class Float(Number):
         made._value = float(value)
         return made
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Float, (self._value,)
+
     @cached_property
     def sort_key(self) -> tuple:
         mantissa, exponent = math.frexp(abs(self._value))
@@ -362,6 +402,9 @@ class Rational(Number):
     def __new__(cls, p: Any, q: int = 1) -> Rational:
         value = Fraction(p) if q == 1 else Fraction(p, q)
         return _rational(value.numerator, value.denominator)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Rational, (self.p, self.q)
 
     @cached_property
     def sort_key(self) -> tuple:
@@ -486,6 +529,9 @@ class Pi(NumberSymbol):
     value = math.pi
     _hash = hash("pi")
 
+    def __reduce__(self) -> str:
+        return "pi"
+
     def __repr__(self) -> str:
         return "pi"
 
@@ -495,6 +541,9 @@ class Exp1(NumberSymbol):
 
     value = math.e
     _hash = hash("e")
+
+    def __reduce__(self) -> str:
+        return "E"
 
     def __repr__(self) -> str:
         return "E"
@@ -536,6 +585,9 @@ class Add(_Many):
     """A sum."""
 
     neutral = ZERO
+
+    def _double(self, *args: float) -> float:
+        return math.fsum(args)
 
     @classmethod
     def _flattened(cls, args: list[Expr]) -> list[Expr]:
@@ -616,6 +668,9 @@ class Mul(_Many):
     """A product."""
 
     neutral = ONE
+
+    def _double(self, *args: float) -> float:
+        return math.prod(args)
 
     @classmethod
     def _flattened(cls, args: list[Expr]) -> list[Expr]:
@@ -741,6 +796,9 @@ class Pow(Expr):
                 return exp(exponent)
         return cls._made((base, exponent))
 
+    def _double(self, *args: float) -> float:
+        return math.pow(*args)
+
     @property
     def base(self) -> Expr:
         """What is raised."""
@@ -786,6 +844,9 @@ class _OfOne(Function):
     parity: ClassVar[int] = 0
     at_zero: ClassVar[Number | None] = ZERO
     of_double: ClassVar[Any] = None
+
+    def _double(self, *args: float) -> float:
+        return type(self).of_double(*args)
 
     @classmethod
     def _evaluated(cls, x: Expr) -> Expr | None:
@@ -865,7 +926,7 @@ class asin(_OfOne):
 class acos(_OfOne):
     """Inverse cosine."""
 
-    at_zero = None
+    at_zero, of_double = None, math.acos
 
 
 class atan(_OfOne):
@@ -876,6 +937,9 @@ class atan(_OfOne):
 
 class atan2(Function):
     """The angle of a point (x, y), from `atan2(y, x)`."""
+
+    def _double(self, *args: float) -> float:
+        return math.atan2(*args)
 
 
 class sinh(_OfOne):
@@ -957,7 +1021,7 @@ class _Signed(_OfOne):
 class Abs(_Signed):
     """Absolute value."""
 
-    parity = 1
+    parity, of_double = 1, abs
 
     @classmethod
     def _evaluated(cls, x: Expr) -> Expr | None:

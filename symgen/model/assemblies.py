@@ -753,7 +753,7 @@ class Used:
         if table is not None:
             return TableFunction(table)
         if full in model._kinds or full in model._aliases:
-            return algebra.Symbol(full)
+            return model._symbol(full)
         if any(full in getattr(model, attribute) for attribute in MAPPINGS):
             return full
         if any(use.name == full for use in (*model._uses.values(), *model._inner_uses)):

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from fractions import Fraction
 
 from symgen.runtime.graph.functions import CONDITIONS
 
@@ -91,29 +90,6 @@ def _apply(node: algebra.Expr, what: str | None, operands: list[float]) -> float
     if what is None:
         raise ValueError(node)
     return OPERATIONS[what](*operands)
-
-
-_PI = Fraction("3.14159265358979323846264338327950288419716939937510")
-
-
-def nearest_double(x: algebra.Expr) -> float:
-    """The value of an expression of numbers alone; where these are sums, products and pi, rounded once."""
-    exact_value = _exact_value(x)
-    return evaluate(x, {}) if exact_value is None else float(exact_value)
-
-
-def _exact_value(x: algebra.Expr) -> Fraction | None:
-    if x.is_Number:
-        return Fraction(float(x)) if isinstance(x, algebra.Float) else Fraction(x.p, x.q)
-    if x is algebra.pi:
-        return _PI
-    if isinstance(x, algebra.Pow):
-        base = _exact_value(x.base)
-        return None if base is None or not x.exp.is_Integer or not base else base**x.exp.p
-    parts = [_exact_value(a) for a in x.args] if isinstance(x, (algebra.Add, algebra.Mul)) else [None]
-    if None in parts:
-        return None
-    return sum(parts) if isinstance(x, algebra.Add) else math.prod(parts, start=Fraction(1))
 
 
 Direction = tuple[float, float, float]

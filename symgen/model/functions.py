@@ -78,13 +78,25 @@ class Tabulated(algebra.Function):
     role = ""
     axis = 0
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _tabulated, (self.table, self.role, self.axis, self.args)
+
+
+def _tabulated(table: str, role: str, axis: int, args: tuple[algebra.Expr, ...]) -> Tabulated:
+    """A copy of a table's function, or what was pickled."""
+    return tabulated(table, role, len(args), axis)(*args, evaluate=False)
+
 
 VALUE, INTEGRAL, PIECE, PLACE, SLOPE = "value", "integral", "piece ", "place", "slope "
 
 
-@functools.cache
 def tabulated(table: str, role: str, n_arguments: int, axis: int = 0) -> type[Tabulated]:
     """The class of a table's function; it has the table's name, or that with `_integral`."""
+    return _class_of(table, role, n_arguments, axis)
+
+
+@functools.cache
+def _class_of(table: str, role: str, n_arguments: int, axis: int) -> type[Tabulated]:
     names = {VALUE: table, INTEGRAL: f"{table}_integral"}
     own = {"table": table, "role": role, "axis": axis, "__module__": __name__}
     return type(Tabulated)(names.get(role, f"{table} {role}{axis}"), (Tabulated,), own)

@@ -14,7 +14,7 @@ from ..errors import nearest
 from . import algebra
 from .declared import Declared
 from .description import Shape, Solid
-from .evaluate import X, Z, nearest_double, perpendicular
+from .evaluate import X, Z, perpendicular
 from .evaluate import cross_product as cross
 from .joints import direction
 from .orientation import Expressions, Matrix, roll_pitch_yaw, rotation
@@ -262,7 +262,7 @@ def together(solids: Iterable[Solid]) -> Inertia | None:
 
 def _short(x: algebra.Expr) -> algebra.Expr:
     """An expression of numbers alone as one number."""
-    return x if x.free_symbols or x.is_Integer else _exact(nearest_double(x))
+    return x if x.free_symbols or x.is_Integer else _exact(float(x))
 
 
 def _centre(solid: Solid, turn: Matrix) -> Expressions:
