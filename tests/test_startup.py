@@ -72,6 +72,17 @@ def test_a_warm_run_imports_nothing_that_it_does_not_use():
     assert not [name for name in UNUSED if name in modules]
 
 
+def test_deriving_model_files_imports_no_sympy():
+    """But slopes of surfaces, which no bundled file has."""
+    derive_all = (
+        "import sys; from pathlib import Path; from symgen.link import derive_file\n"
+        "for name in ('double_pendulum', 'engine_v6', 'differential_car', 'satellite_wheels', 'clutch'):\n"
+        "    derive_file(Path('models') / f'{name}.toml')\n"
+        "print(*sys.modules)"
+    )
+    assert "sympy" not in in_new_process(derive_all).split()
+
+
 def test_the_second_process_compiles_nothing_again(tmp_path, monkeypatch):
     """A kernel's key is the same for a model that was just derived and for one that was found in the cache."""
     (tmp_path / "cache").mkdir(mode=0o700)
