@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 import sympy
 
+from symgen import Model
+from symgen.errors import ModelError
 from symgen.model import algebra
 from symgen.model.evaluate import NotFinite, evaluate
 from symgen.model.from_sympy import taken_over, to_sympy
@@ -139,3 +141,13 @@ def test_products_of_sums_are_expanded():
     a, b, x = map(algebra.Symbol, "abx")
     expression = (a + b) ** 2 * (x - a) - x * b**2
     assert algebra.expand(expression) == taken_over(sympy.expand(to_sympy(expression)))
+
+
+def test_what_no_model_can_have_is_named_beside_other_terms():
+    m = Model("mixed")
+    x = m.coordinate("x")
+    m.body("b", mass=1, com=(x, 0))
+    for term in (sympy.Function("q")(sympy.Symbol("t")), x**2, sympy.Function("r")(sympy.Symbol("t"))):
+        m.potential(term)
+    with pytest.raises(ModelError, match=r"'q' \(SymPy's q\) has no place in a model"):
+        m.describe()

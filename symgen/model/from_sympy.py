@@ -65,7 +65,7 @@ class Foreign(algebra.Expr):
 
     @property
     def sort_key(self) -> tuple:
-        return "", 0, str(self.given)
+        return (*super().sort_key, str(self.given))
 
     @property
     def free_symbols(self) -> frozenset[algebra.Symbol]:

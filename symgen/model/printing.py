@@ -68,7 +68,7 @@ def _print(node: algebra.Expr, args: list[Piece]) -> Piece:
     if what == TABLE:
         return f"{node.func.__name__}({', '.join(text for text, _ in args)})", ATOM
     if what is None:
-        return str(type(node).__name__), ATOM
+        return getattr(node, "kind", type(node).__name__), ATOM  # a SymPy object's, which no model can have
     return f"{what}({', '.join(text for text, _ in args)})", ATOM
 
 
