@@ -67,6 +67,10 @@ class Companion:
     step: float = 0.0
     remains: float = 1.0
 
+    def with_tolerance(self, rtol: float) -> Companion:
+        """Return an adaptive companion with another relative tolerance, and the absolute one in proportion."""
+        return replace(self, rtol=rtol, atol=self.atol * rtol / self.rtol)
+
 
 def independent(solution: Solution, own: Method, least_range: float) -> tuple[Companion, ...]:
     """Return companions of another method: the second, as accurate as can be, for where the first finds the run wrong.
@@ -103,7 +107,7 @@ def tighter(companion: Companion) -> Companion:
     """Return a companion whose errors are a thousandth of those of another one, or with half its step."""
     if companion.step:
         return replace(companion, step=0.5 * companion.step)
-    return replace(companion, rtol=_OF_LOOSE * companion.rtol, atol=_OF_LOOSE * companion.atol)
+    return companion.with_tolerance(_OF_LOOSE * companion.rtol)
 
 
 def finer(solution: Solution, own: Method, least_range: float) -> Companion:

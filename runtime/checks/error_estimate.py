@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symgen.runtime.checks.amplification import Amplification, Stretch, together
-from symgen.runtime.checks.companion import Companion, finer, follow, independent, loose, tighter
+from symgen.runtime.checks.companion import Companion, Followed, finer, follow, independent, loose, tighter
 from symgen.runtime.checks.growth import (
     LARGEST_POWER,
     SATURATED,
@@ -50,6 +51,9 @@ _ROUND_OFF = 1e4 * np.finfo(float).eps  # of a variable's magnitude
 _OF_ATOL, _LEAST = 10.0, 1e-14  # ranges below so many atol are no motion, and below this with fixed steps
 _MORE_FOR_ACCURATE = 3.0  # times the operations
 _TO_THE_END, _SLOWER = 0.08, 1.5  # of the run's operations, for a companion that sees all of it; margin
+# rtol of a companion that goes on where errors are known: of these, and the loosest.
+_OF_FOUND, _LOOSEST_OF_REST = 1e-4, 1e-6
+_CLEARLY = 0.1  # of an error that a companion found: what a better one, not at the end yet, finds if the first is off
 _OPTIMISTIC = 2.0  # times the way that a companion of the run's own method is expected to come
 _MIDDLE = 0.5  # of a long run, where other companions begin
 _OF_COMPANION = 5e5  # operations that take as long as what there is to do before its first step
@@ -82,6 +86,8 @@ class ErrorEstimate:
         The rate of exponential growth [1/s]; None where errors do not grow so.
     sharp : SharpPlaces, optional
         What steps of the run may have gone over.
+    states : ndarray, shape (n, nq + nv), optional
+        Those of the companion that says so.
     """
 
     t: np.ndarray
@@ -89,6 +95,7 @@ class ErrorEstimate:
     known: bool
     rate: float | None
     sharp: SharpPlaces | None = None
+    states: np.ndarray | None = None
 
     @property
     def worst(self) -> np.ndarray:
@@ -130,21 +137,20 @@ def estimate(solution: Solution, operations: float) -> ErrorEstimate | None:
     accurate = independent(solution, comparison.own, least)
     companion = accurate[0]
     found = comparison.follow(companion, operations)
-    is_unseen = found.rate is None and _may_be_chaotic(comparison.system)
     longer = 0.0
-    if not found.known and is_unseen and companion.method is not comparison.own:
-        # Beside costly methods the whole run may be had: slow exponential growth shows nowhere else. Or a good part of
-        # it, from companions that are less accurate.
-        needed, longer = comparison.to_the_end(found, operations), _TO_THE_END * operations_of_run(solution)
-        if needed <= longer:
-            found, longer = comparison.follow(companion, _SLOWER * needed), 0.0
+    if companion.method is not comparison.own and _may_be_chaotic(comparison.system):
+        # Beside costly methods the whole run may be had: slow exponential growth shows nowhere else. Or a good part
+        # of it, from companions that are less accurate.
+        longer = _TO_THE_END * operations_of_run(solution)
+    allowed = max(operations, longer)
+    begun, found = found, comparison.with_rest(found, companion, operations, allowed)
+    if found.known and found.largest > LARGEST_ERROR:
+        for better in accurate[1:]:
+            found = comparison.of_the_better(found, better, _MORE_FOR_ACCURATE * operations, allowed)
     if found.known:
-        # What is off may be the companion.
-        for better in accurate[1:] if found.largest > LARGEST_ERROR else ():
-            again = comparison.follow(better, _MORE_FOR_ACCURATE * operations)
-            if again.known and again.largest < found.largest:
-                found = again
         return found
+    if found is not begun or begun.rate is not None:
+        longer = 0.0
     neighbour = loose(least)
     if companion.method is not comparison.own:
         other = finer(solution, comparison.own, least)
@@ -266,11 +272,6 @@ class _Comparison:
         part = operations / (more * operations_of_run(self._solution))
         return float(self._t[0] + _OPTIMISTIC * part * (self._t[-1] - self._t[0]))
 
-    def to_the_end(self, found: ErrorEstimate, operations: float) -> float:
-        """Return about how many operations a companion would take for all of the run that took so many for a part."""
-        came = float(found.t[-1] - self._t[0])
-        return operations * (self.end - float(self._t[0])) / came if came > 0.0 else np.inf
-
     def frame(self, t: float) -> int:
         """Return the first frame at or after a time [s]."""
         return int(np.searchsorted(self._t, t))
@@ -279,19 +280,73 @@ class _Comparison:
         self, companion: Companion, operations: float, first: int = 0, events: float = 1.0
     ) -> ErrorEstimate:
         """Return what a companion says that begins at some frame of the run; it may meet `events` times as many."""
+        return self._said(companion, first, self._beside(companion, operations, first, None, events))
+
+    def with_rest(
+        self, begun: ErrorEstimate, companion: Companion, operations: float, allowed: float
+    ) -> ErrorEstimate:
+        """Return an estimate whose companion stopped on the way, gone on with where the end may be had; else itself.
+
+        An error of hundredths needs no companion that is right to ten digits: for what is left of the run it may be one
+        whose own errors are small beside those that were found.
+
+        Parameters
+        ----------
+        operations, allowed : float
+            That the companion took, and may take for the rest.
+        """
+        came = float(begun.t[-1] - self._t[0])
+        if begun.known or came <= 0.0:
+            return begun
+        # Behind jumps it begins anew: what is closed, held or aimed at is not in the states.
+        first = 0 if self.jumps else len(begun.t) - 1
+        needed = operations * (self.end - float(self._t[first])) / came
+        if companion.method.adaptive and len(begun.t) >= LEAST_FRAMES:
+            rtol = max(min(_OF_FOUND * begun.largest, _LOOSEST_OF_REST), companion.rtol)
+            needed *= (companion.rtol / rtol) ** (1.0 / companion.method.order)
+            companion = companion.with_tolerance(rtol)
+        if needed > allowed:
+            return begun
+        rest = self._beside(companion, _SLOWER * needed, first, begun.states[first])
+        seen = replace(rest, states=np.vstack([begun.states[: first + 1], rest.states[1:]]))
+        return self._said(companion, 0, seen)
+
+    def of_the_better(
+        self, found: ErrorEstimate, better: Companion, operations: float, allowed: float
+    ) -> ErrorEstimate:
+        """Return what a more accurate companion says, where it is the first one that is off; else what that said."""
+        again = self.follow(better, operations)
+        again = self.with_rest(again, better, operations, allowed)
+        if again.known:
+            return again if again.largest < found.largest else found
+        return again if again.largest < _CLEARLY * found.relative[: len(again.t)].max() else found
+
+    def _beside(
+        self,
+        companion: Companion,
+        operations: float,
+        first: int,
+        state: np.ndarray | None = None,
+        events: float = 1.0,
+    ) -> Followed:
+        """Follow a companion from some frame on, where it has the state of the run or another one."""
         t, states = self._t[first:], self._states[first:]
         least = _LEAST_FOLLOWED * _FINER_STEPS * self._solution.stats["steps"] / len(self._t)
         most = int(max(operations / operations_per_step(self._solution, companion.method), least))
-        found = follow(
+        return follow(
             self._solution,
             companion,
             t,
-            states[0],
+            states[0] if state is None else state,
             most,
             lambda seen: self._is_lost(seen, states),
             self._sharp,
             events,
         )
+
+    def _said(self, companion: Companion, first: int, found: Followed) -> ErrorEstimate:
+        """Return the error of the run from some frame on, as the states of a companion tell it."""
+        t, states = self._t[first:], self._states[first:]
         n = len(found.states)
         known = n == len(t) or self._is_lost(found.states, states)
         # What dies out moves little in a part from the middle: that is not what its error is measured by.
@@ -303,7 +358,7 @@ class _Comparison:
             known = True
         worst = row_maxima(relative)
         rate = growth_rate(t[:n], worst) if is_exponential(t[:n], worst) else None
-        return ErrorEstimate(t[:n], relative, known, rate, self._sharp)
+        return ErrorEstimate(t[:n], relative, known, rate, self._sharp, found.states)
 
     def begun(self) -> ErrorEstimate:
         """Return the error of an adaptive run that no companion keeps up with: at first, that of its tolerance."""

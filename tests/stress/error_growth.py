@@ -412,6 +412,10 @@ def case(seed: int, index: int, kind: str = "") -> Outcome:
 
 
 _SHOWN = (44, 124, 159, 517)  # what was wrong and silent once
+_SHOWN_OF_DRAWN = (
+    (2611, 84),
+    (2611, 61),
+)  # seeds and indices: errors that grew late; a right one that was doubted
 
 
 def scenarios() -> Iterator[Scenario]:
@@ -425,6 +429,10 @@ def scenarios() -> Iterator[Scenario]:
         yield Scenario(
             "drawn motion", f"drawn motion {index}", functools.partial(case, 0, index, "drawn"),
             short=index < len(drawn_motions.FAMILIES),
+        )  # fmt: skip
+    for seed, index in _SHOWN_OF_DRAWN:
+        yield Scenario(
+            "drawn motion", f"drawn motion {index} of {seed}", functools.partial(case, seed, index, "drawn"), short=True
         )  # fmt: skip
 
 
