@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import ctypes
 import json
 from pathlib import Path
 
 import numpy as np
 import pytest
+from fixture_motions import MODELS, T_END, doubles, python_kernel, reference
 from quaternion_models import module_text
 from references import load_reference, numbers
 from scipy.integrate import solve_ivp
 
 from symgen.runtime import load
-from symgen.runtime.code.bridge import KERNEL_PROTOTYPE
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.bdf import newton as of
 from symgen.runtime.integrate.bdf.loop import history_dense, resample
@@ -23,8 +22,6 @@ from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.loop_arrays import LoopArrays
 
 FIXTURES = Path(__file__).parent / "fixtures"
-MODELS = ("pendulum", "cartesian_pendulum", "oscillator")
-T_END = 0.8
 
 
 def fixture(name):
@@ -52,33 +49,6 @@ def finished(arrays, t_end):
 
 def work_of(arrays):
     return python(of.bdf_work)(arrays.sizes, arrays.work)
-
-
-def reference(name, times):
-    """Independent solution: SciPy at round-off tolerance, written from the physics and not from the module."""
-
-    def oscillator(t, y):
-        force = 0.5 * np.sin(3.0 * t) - 0.2 * y[1]
-        return [y[1], force - 25.0 * y[0], force * y[1]]
-
-    def pendulum(t, y):
-        return [y[1], -9.81 / 0.5 * np.sin(y[0])]
-
-    starts = {
-        "oscillator": [0.1, 0.0, 0.0],
-        "pendulum": [1.5, 0.0],
-        "cartesian_pendulum": [np.arctan2(0.3, 0.4), 0.0],
-    }
-    f = oscillator if name == "oscillator" else pendulum
-    y = (
-        solve_ivp(f, (0, T_END), starts[name], "DOP853", rtol=1e-13, atol=1e-15, dense_output=True)
-        .sol(times)
-        .T
-    )
-    if name == "cartesian_pendulum":
-        s, c, w = np.sin(y[:, 0]), np.cos(y[:, 0]), y[:, 1]
-        y = np.column_stack([0.5 * s, -0.5 * c, 0.5 * c * w, 0.5 * s * w])
-    return y
 
 
 # Coefficients and history
@@ -327,16 +297,6 @@ def test_stop_times_cost_few_steps():
 
 
 # Failures
-
-
-def python_kernel(function):
-    """A kernel written in Python: its address, and what keeps it alive."""
-    callback = KERNEL_PROTOTYPE(function)
-    return ctypes.cast(callback, ctypes.c_void_p).value, callback
-
-
-def doubles(address):
-    return ctypes.cast(address, ctypes.POINTER(ctypes.c_double))
 
 
 def test_a_jump_of_the_force_is_passed():

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import ctypes
 from pathlib import Path
 
 import numpy as np
 import pytest
+from fixture_motions import MODELS, T_END, doubles, python_kernel, reference
 from references import load_reference, numbers
-from scipy.integrate import solve_ivp
 
 from symgen.runtime import load
-from symgen.runtime.code.bridge import KERNEL_PROTOTYPE
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.generalized_alpha import generalized_alpha, hht
 from symgen.runtime.integrate.methods import METHODS
@@ -19,8 +17,6 @@ from symgen.runtime.loop_arrays import LoopArrays
 
 FIXTURES = Path(__file__).parent / "fixtures"
 METHODS_HERE = {"generalized_alpha": generalized_alpha, "hht": hht}
-MODELS = ("pendulum", "cartesian_pendulum", "oscillator")
-T_END = 0.8
 
 
 def fixture(name):
@@ -41,39 +37,6 @@ def finished(arrays, t_end):
     assert arrays.advance(t_end, 50_000) == at.REACHED_STOP
     assert arrays.t == t_end
     return arrays
-
-
-def reference(name, times):
-    """Independent solution: SciPy at round-off tolerance, written from the physics and not from the module."""
-
-    def oscillator(t, y):
-        force = 0.5 * np.sin(3.0 * t) - 0.2 * y[1]
-        return [y[1], force - 25.0 * y[0], force * y[1]]
-
-    def pendulum(t, y):
-        return [y[1], -9.81 / 0.5 * np.sin(y[0])]
-
-    starts = {
-        "oscillator": [0.1, 0.0, 0.0],
-        "pendulum": [1.5, 0.0],
-        "cartesian_pendulum": [np.arctan2(0.3, 0.4), 0.0],
-    }
-    f = oscillator if name == "oscillator" else pendulum
-    y = solve_ivp(f, (0, T_END), starts[name], "DOP853", rtol=1e-12, atol=1e-14, t_eval=times).y.T
-    if name == "cartesian_pendulum":
-        s, c, w = np.sin(y[:, 0]), np.cos(y[:, 0]), y[:, 1]
-        y = np.column_stack([0.5 * s, -0.5 * c, 0.5 * c * w, 0.5 * s * w])
-    return y
-
-
-def python_kernel(function):
-    """A kernel written in Python: its address, and what keeps it alive."""
-    callback = KERNEL_PROTOTYPE(function)
-    return ctypes.cast(callback, ctypes.c_void_p).value, callback
-
-
-def doubles(address):
-    return ctypes.cast(address, ctypes.POINTER(ctypes.c_double))
 
 
 @pytest.mark.parametrize("name", METHODS_HERE)

@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-import ctypes
 from pathlib import Path
 
 import numpy as np
 import pytest
+from fixture_motions import T_END, doubles, python_kernel, reference
 from loops import bare_loop
 from references import load_reference, numbers
 from scipy.integrate import solve_ivp
 
 from symgen.runtime import load
-from symgen.runtime.code.bridge import KERNEL_PROTOTYPE
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.jacobian import acceleration_jacobian, jacobian_work_size
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.loop_arrays import LoopArrays, loop_sizes
 
 FIXTURES = Path(__file__).parent / "fixtures"
-T_END = 0.8
 STEP = {"implicit_euler": 4e-4, "implicit_midpoint": 4e-3, "radau5": 0.05}
 
 
@@ -122,16 +120,6 @@ def test_radau_runs_with_redundant_constraints():
     assert np.abs(redundant.samples[-1].q - plain.samples[-1].q).max() < 1e-8
 
 
-def python_kernel(function):
-    """A kernel written in Python: its address, and what keeps it alive."""
-    callback = KERNEL_PROTOTYPE(function)
-    return ctypes.cast(callback, ctypes.c_void_p).value, callback
-
-
-def doubles(address):
-    return ctypes.cast(address, ctypes.POINTER(ctypes.c_double))
-
-
 def test_jacobian_of_a_coordinate_without_mass():
     """A mass on a spring, x = sin s; s has no mass: a_x = -k x / m, a_s = (a_x + sin(s) s'²) / cos(s), λ = 0."""
     k, (x, s, u, w) = 40.0, (np.sin(0.4), 0.4, 1.3 * np.cos(0.4), 1.3)
@@ -157,33 +145,6 @@ def test_jacobian_of_a_coordinate_without_mass():
 
 
 # Orders
-
-
-def reference(name, times):
-    """Independent solution: SciPy at round-off tolerance, written from the physics and not from the module."""
-
-    def oscillator(t, y):
-        force = 0.5 * np.sin(3.0 * t) - 0.2 * y[1]
-        return [y[1], force - 25.0 * y[0], force * y[1]]
-
-    def pendulum(t, y):
-        return [y[1], -9.81 / 0.5 * np.sin(y[0])]
-
-    starts = {
-        "oscillator": [0.1, 0.0, 0.0],
-        "pendulum": [1.5, 0.0],
-        "cartesian_pendulum": [np.arctan2(0.3, 0.4), 0.0],
-    }
-    f = oscillator if name == "oscillator" else pendulum
-    y = (
-        solve_ivp(f, (0, T_END), starts[name], "DOP853", rtol=1e-13, atol=1e-15, dense_output=True)
-        .sol(times)
-        .T
-    )
-    if name == "cartesian_pendulum":
-        s, c, w = np.sin(y[:, 0]), np.cos(y[:, 0]), y[:, 1]
-        y = np.column_stack([0.5 * s, -0.5 * c, 0.5 * c * w, 0.5 * s * w])
-    return y
 
 
 @pytest.mark.parametrize("model", ["pendulum", "cartesian_pendulum", "oscillator"])

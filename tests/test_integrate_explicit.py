@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from fixture_motions import T_END, reference
 
 from symgen.runtime import load
 from symgen.runtime.errors import RuntimeModelError
@@ -26,35 +26,11 @@ RUNGE_KUTTA = [name for name in EXPLICIT if METHODS[name].family.endswith(":adva
 ADAPTIVE = [name for name in EXPLICIT if METHODS[name].adaptive]
 # By order, steps from which the error is well above round-off and the method in its asymptotic range.
 STEP = {1: 2e-4, 2: 2e-3, 3: 4e-3, 4: 8e-3, 5: 0.02, 6: 0.04, 7: 0.08, 8: 0.16}
-T_END = 0.8
 
 
 @pytest.fixture(scope="module")
 def systems():
     return {name: load(FIXTURES / f"{name}.py") for name in ("pendulum", "cartesian_pendulum", "oscillator")}
-
-
-def reference(name, times):
-    """Independent solution: SciPy at round-off tolerance, written from the physics and not from the module."""
-    if name == "oscillator":
-
-        def f(t, y):
-            force = 0.5 * np.sin(3.0 * t) - 0.2 * y[1]
-            return [y[1], force - 25.0 * y[0], force * y[1]]
-
-        start = [0.1, 0.0, 0.0]
-    else:
-
-        def f(t, y):
-            return [y[1], -9.81 / 0.5 * np.sin(y[0])]
-
-        start = [np.arctan2(0.3, 0.4) if name == "cartesian_pendulum" else 1.5, 0.0]
-    solution = solve_ivp(f, (0, T_END), start, method="DOP853", rtol=1e-13, atol=1e-15, dense_output=True)
-    y = solution.sol(times).T
-    if name == "cartesian_pendulum":
-        s, c, w = np.sin(y[:, 0]), np.cos(y[:, 0]), y[:, 1]
-        y = np.column_stack([0.5 * s, -0.5 * c, 0.5 * c * w, 0.5 * s * w])
-    return y
 
 
 def fixed_steps(system, name, h, frame_times):

@@ -8,6 +8,7 @@ from pathlib import Path
 import mpmath as mp
 import numpy as np
 import pytest
+from fixture_motions import MODELS, T_END, reference
 from quaternion_models import module_text
 from references import load_reference, numbers
 from scipy.integrate import solve_ivp
@@ -19,10 +20,8 @@ from symgen.runtime.integrate.radau.coefficients import radau, validate
 from symgen.runtime.loop_arrays import LoopArrays
 
 ROOT = Path(__file__).parents[1]
-MODELS = ("pendulum", "cartesian_pendulum", "oscillator")
 NAMES = ("radau5", "radau9", "radau13")
 N_STAGES = (3, 5, 7)
-T_END = 0.8
 
 
 def fixture(name):
@@ -42,29 +41,6 @@ def finished(arrays, t_end):
     assert arrays.advance(t_end, 50_000) == at.REACHED_STOP
     assert arrays.t == t_end
     return arrays
-
-
-def reference(name, times):
-    """Independent solution: SciPy at round-off tolerance, written from the physics and not from the module."""
-
-    def oscillator(t, y):
-        force = 0.5 * np.sin(3.0 * t) - 0.2 * y[1]
-        return [y[1], force - 25.0 * y[0], force * y[1]]
-
-    def pendulum(t, y):
-        return [y[1], -9.81 / 0.5 * np.sin(y[0])]
-
-    starts = {
-        "oscillator": [0.1, 0.0, 0.0],
-        "pendulum": [1.5, 0.0],
-        "cartesian_pendulum": [np.arctan2(0.3, 0.4), 0.0],
-    }
-    f = oscillator if name == "oscillator" else pendulum
-    y = solve_ivp(f, (0, T_END), starts[name], "DOP853", times, rtol=3e-14, atol=1e-16).y.T
-    if name == "cartesian_pendulum":
-        s, c, w = np.sin(y[:, 0]), np.cos(y[:, 0]), y[:, 1]
-        y = np.column_stack([0.5 * s, -0.5 * c, 0.5 * c * w, 0.5 * s * w])
-    return y
 
 
 # Coefficients
