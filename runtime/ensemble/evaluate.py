@@ -26,7 +26,7 @@ def evaluate_members(
     function : str
         See docs/abi.md.
     parameters : ndarray, shape (n, n_p)
-    times : ndarray, shape (F,) [s]
+    times : ndarray, shape (F,), or (n, F) where members have times of their own [s]
     states : ndarray, shape (n, F, at least nq + nv)
 
     Returns
@@ -34,7 +34,7 @@ def evaluate_members(
     ndarray, shape (n, F, width)
     """
     kernel = system._kernel_source(function)
-    n, n_frames, width = len(parameters), len(times), kernel.lengths.out
+    n, n_frames, width = len(parameters), times.shape[-1], kernel.lengths.out
     result = np.zeros((n, n_frames, width))
     if not result.size:
         return result
@@ -42,7 +42,8 @@ def evaluate_members(
         address = lane_kernel(system, function, _LANES)
     except NoLanes:
         for k in range(n):
-            result[k] = system.kernel(function).rows(times, np.ascontiguousarray(states[k]), parameters[k])
+            own = times[k] if times.ndim > 1 else times
+            result[k] = system.kernel(function).rows(own, np.ascontiguousarray(states[k]), parameters[k])
         return result
     table = Table()
     held = {
@@ -58,6 +59,7 @@ def evaluate_members(
     table.set_integers(
         rhs=address, setup=system.setup_address, n_members=n * n_frames, n_frames=n_frames, ny=states.shape[2],
         n_p=system.n_p, n_precomputed=system.n_precomputed, n_row=width,
+        own_times=times.ndim > 1,
     )  # fmt: skip
     mapping, _code = lane_map(_LANES)
     mapping(table.address)
