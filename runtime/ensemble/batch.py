@@ -248,7 +248,8 @@ class LaneBatch:
         self.table.set_integers(
             jacobian=lane_kernel(system, "residual_jacobian", settings.lanes), n_kept=len(radau.STATE)
         )
-        self.table.set_numbers(stage_rtol=rtol, stage_atol=atol, newton_bound=bound)
+        give = radau.GIVE if system.dependent else 0.0
+        self.table.set_numbers(stage_rtol=rtol, stage_atol=atol, newton_bound=bound, give=give)
         return radau.work_length(n_stages, system.nq, system.nv, system.m, system.ny)
 
     def _prepare_series(self) -> int:

@@ -12,7 +12,7 @@ _SIZES = (
 )  # fmt: skip
 _NUMBERS = (
     "t_start", "t_end", "rtol", "atol", "h_max", "h_base", "h_share", "h_min", "projection_tol", "step", "log_left_out",
-    "log_of_turns", "creeps", "stage_rtol", "stage_atol", "newton_bound",
+    "log_of_turns", "creeps", "stage_rtol", "stage_atol", "newton_bound", "give",
 )  # fmt: skip
 # Of members, in the order of the queue: plain numbers, a row for each.
 _MEMBERS = ("start", "parameters", "precomputed", "derivative", "results", "end", "frames", "widths", "lowest")

@@ -15,7 +15,6 @@ import numpy as np
 from symgen.runtime.contact.forms import Forms
 from symgen.runtime.contact.switching import Switching
 from symgen.runtime.ensemble.batch import BatchResult, BatchSettings, Carried, LaneBatch, new_members, repeat_ends
-from symgen.runtime.ensemble.evaluate import evaluate_members
 from symgen.runtime.ensemble.settling import Settling
 from symgen.runtime.ensemble.slots import COLUMN, LEFT
 from symgen.runtime.errors import ContactError, RuntimeModelError
@@ -164,7 +163,7 @@ class SwitchedBatch:
             self._log(int(fired[0]), held[0], now[0], before[0], float(change[0]))
         for_itself = sound[self._repeats[sound] >= _MOST_AT_ONCE]
         status[for_itself] = LEFT
-        return self._go_on(np.setdiff1d(sound, for_itself))
+        return self._go_on(sound[self._repeats[sound] < _MOST_AT_ONCE])
 
     def _go_on(self, which: np.ndarray) -> np.ndarray:
         """Find what members carry into their next lanes; returns those that are not at the end."""
@@ -176,9 +175,8 @@ class SwitchedBatch:
         return which
 
     def _energy(self, which: np.ndarray) -> np.ndarray:
-        n, times = self.system.nq + self.system.nv, self._column("t")[which, None]
-        parts = evaluate_members(self.system, "energy", self._p[which], times, self._y[which, None, :n])[:, 0]
-        return parts[:, 0] + parts[:, 1]
+        n = self.system.nq + self.system.nv
+        return self._settling.energy(self._p[which], self._column("t")[which], self._y[which, :n])
 
     def _settle_in_full(self, which: np.ndarray, plain: np.ndarray, fired: np.ndarray | None) -> np.ndarray:
         """Settle members that are not plain one after another; returns those with which it went well."""
