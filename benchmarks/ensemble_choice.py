@@ -128,12 +128,16 @@ def measure(name: str, members: int, quick: bool) -> list[Found]:
         if math.isfinite(error) and error < _LOST:
             points.setdefault(method, []).append((error, seconds / members))
     found = []
-    for rtol, plan, error, seconds in zip(ASKED, chosen, errors[len(plans) :], times[len(plans) :], strict=True):
+    for rtol, plan, error, seconds in zip(
+        ASKED, chosen, errors[len(plans) :], times[len(plans) :], strict=True
+    ):
         at_error = {method: at_level(own, error) for method, own in points.items()}
         at_error = {method: own for method, own in at_error.items() if math.isfinite(own)}
         at_error["auto"] = seconds / members
         best = min(at_error, key=at_error.get)
-        method = f"{plan.method} {plan.settings.order}" if plan.settings and plan.settings.order else plan.method
+        method = (
+            f"{plan.method} {plan.settings.order}" if plan.settings and plan.settings.order else plan.method
+        )
         found.append(Found(rtol, method, error, seconds / members, best, at_error[best]))
     return found
 
@@ -159,11 +163,11 @@ def main() -> None:
                 flush=True,
             )
     ratios = [one.ratio for own in results.values() for one in own]
-    print(f"{sum(r <= WITHIN for r in ratios)} of {len(ratios)} within {WITHIN}; the largest is {max(ratios):.2f}")
+    print(
+        f"{sum(r <= WITHIN for r in ratios)} of {len(ratios)} within {WITHIN}; the largest is {max(ratios):.2f}"
+    )
     if given.json:
-        told = {
-            name: [{**vars(one), "ratio": one.ratio} for one in own] for name, own in results.items()
-        }
+        told = {name: [{**vars(one), "ratio": one.ratio} for one in own] for name, own in results.items()}
         given.json.write_text(json.dumps(told, indent=1) + "\n")
 
 

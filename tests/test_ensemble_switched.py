@@ -1,4 +1,4 @@
-"""Stops and dry friction in lanes: members switch as single runs do, in the same bits at any width, order and number."""
+"""Stops and dry friction in lanes: members switch as single runs do, in the same bits at any width and order."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.plan import make_plan
 from symgen.runtime.ensemble.settling import Settled, Settling
 from symgen.runtime.ensemble.switched import SwitchedBatch, _InFull, make_batch
+from symgen.runtime.errors import RuntimeModelError
 
 METHODS = ("dop853", "taylor", "radau5")
 _JUDGED = ("energy", "finite", "constraint position", "stops")
@@ -113,7 +114,9 @@ def test_lanes_do_not_change_members(name, method):
             assert getattr(other, part).tobytes() == getattr(result, part).tobytes(), part
         assert batch.lowest_gaps.tobytes() == lowest.tobytes()
     order = np.random.default_rng(1).permutation(len(starts))
-    spoiled = np.vstack([starts[order], np.full((1, starts.shape[1]), np.nan), np.full((1, starts.shape[1]), 1e300)])
+    spoiled = np.vstack(
+        [starts[order], np.full((1, starts.shape[1]), np.nan), np.full((1, starts.shape[1]), 1e300)]
+    )
     mixed = wide.run(np.vstack([parameters[order], parameters[:2]]), spoiled)
     for part in ("end", "frames", "columns"):
         assert getattr(mixed, part)[:40].tobytes() == getattr(result, part)[order].tobytes(), part
@@ -145,7 +148,9 @@ def test_switches_are_those_of_single_runs(name, method):
             # Away from switches, where forces jump.
             far = np.abs(e.t[:, None] - run.events.times).min(axis=1) > 1e-3
             force = f"force({switch['name']})"
-            assert np.allclose(again[force][far], run[force][far], atol=3e5 * rtol * max(1.0, np.abs(run[force]).max()))
+            assert np.allclose(
+                again[force][far], run[force][far], atol=3e5 * rtol * max(1.0, np.abs(run[force]).max())
+            )
         assert judged(again) == judged(run) == bool(e.verdicts.ok[k])
         assert e.verdicts.steps[k] == again.stats["steps"] == len(again.step_log)
         assert np.isclose(again.energy.unscaled_error, run.energy.unscaled_error, atol=1e2 * rtol)
@@ -255,6 +260,12 @@ def test_what_is_settled_by_single_runs():
     assert list(violated.verdicts.singly) == [False, True, False]
     assert list(violated.failed) == [1]
     assert "violated at the start" in violated.messages[1]
+
+
+def test_accelerations_are_for_members():
+    """They jump where something is held, of which arrays of many members say nothing."""
+    with pytest.raises(RuntimeModelError, match="depends on what stops and friction hold"):
+        stick_slip().ensemble(1.0, n=2, seed=1, keep=["dot(dot(x))"], rate={"x": uniform(0.2, 0.25)})
 
 
 def test_a_stop_that_was_passed_by_is_doubtful(monkeypatch):

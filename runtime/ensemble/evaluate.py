@@ -80,8 +80,6 @@ class Evaluator:
         if ny != self._ny:
             self._ny, held["y"] = ny, aligned(ny * _LANES)
         self._table.set_arrays(held)
-        self._table.set_integers(
-            n_members=n * n_frames, n_frames=n_frames, ny=ny, own_times=times.ndim > 1
-        )
+        self._table.set_integers(n_members=n * n_frames, n_frames=n_frames, ny=ny, own_times=times.ndim > 1)
         self._lane_map(self._table.address)
         return result

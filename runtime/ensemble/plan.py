@@ -401,8 +401,8 @@ def _objection(system: System, driven: DrivenSystem | None) -> str:
         if has_plain_switches(system):
             return ""
         return (
-            "stops and frictions of models with constraints or events of their own, frictions in planes, smooth ones, and "
-            "those that follow a reaction are for single runs"
+            "stops and frictions of models with constraints or events of their own, frictions in planes, smooth ones, "
+            "and those that follow a reaction are for single runs"
         )
     if system.events and not (
         has_plain_events(system) and all(e["action"] in ACTIONS for e in system.events)

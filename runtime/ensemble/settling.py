@@ -14,7 +14,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.contact.instant import _SURELY_SEEN
-from symgen.runtime.contact.local_dynamics import _LED, creeping_frictions, given, normals_of, smooth_frictions
+from symgen.runtime.contact.local_dynamics import (
+    _LED,
+    creeping_frictions,
+    given,
+    normals_of,
+    smooth_frictions,
+)
 from symgen.runtime.contact.settings import Layout
 from symgen.runtime.contact.switching import _AHEAD, _AT_LIMIT, _ROUNDED, _UNDECIDED
 from symgen.runtime.ensemble.evaluate import Evaluator
@@ -29,7 +35,7 @@ _OF_OPEN = ("mass_matrix", "forces", "switches", "energy")
 
 
 def has_plain_switches(system: System) -> bool:
-    """Whether stops and frictions of a model are settled here: free motion, and frictions along lines of a given size."""
+    """Whether stops and frictions of a model are settled here: free motion, frictions along lines of a given size."""
     return (
         bool(system.switches)
         and not (system.m or system.quaternions or system.jumps or system.input_descriptions)
@@ -152,11 +158,15 @@ class Settling:
         still = np.abs(here.speeds) <= self._slow(here.rows, states)
         still[:, : self.n_stops] = False
         plain &= still.sum(axis=1) <= 1
-        parameters[np.ix_(plain, self._first + self._layout.sense)] = np.sign(here.speeds[plain, self.n_stops :])
+        parameters[np.ix_(plain, self._first + self._layout.sense)] = np.sign(
+            here.speeds[plain, self.n_stops :]
+        )
         number = np.where(still.any(axis=1), np.argmax(still, axis=1), _NONE)
         return self._settle(number, plain, here, watched, parameters, times, states)
 
-    def act(self, fired: np.ndarray, parameters: np.ndarray, times: np.ndarray, states: np.ndarray) -> Settled:
+    def act(
+        self, fired: np.ndarray, parameters: np.ndarray, times: np.ndarray, states: np.ndarray
+    ) -> Settled:
         """Act on one event of each member.
 
         Parameters

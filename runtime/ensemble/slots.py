@@ -15,7 +15,17 @@ _NUMBERS = (
     "log_of_turns", "creeps", "stage_rtol", "stage_atol", "newton_bound", "give",
 )  # fmt: skip
 # Of members, in the order of the queue: plain numbers, a row for each.
-_MEMBERS = ("start", "parameters", "precomputed", "derivative", "results", "end", "frames", "widths", "lowest")
+_MEMBERS = (
+    "start",
+    "parameters",
+    "precomputed",
+    "derivative",
+    "results",
+    "end",
+    "frames",
+    "widths",
+    "lowest",
+)
 # Of lanes: vectors.
 _LANES = (
     "y", "y_new", "y_stage", "k", "p", "projected", "energies", "residuals", "dense", "numbers", "carry", "slope",

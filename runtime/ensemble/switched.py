@@ -14,7 +14,14 @@ import numpy as np
 
 from symgen.runtime.contact.forms import Forms
 from symgen.runtime.contact.switching import Switching
-from symgen.runtime.ensemble.batch import BatchResult, BatchSettings, Carried, LaneBatch, new_members, repeat_ends
+from symgen.runtime.ensemble.batch import (
+    BatchResult,
+    BatchSettings,
+    Carried,
+    LaneBatch,
+    new_members,
+    repeat_ends,
+)
 from symgen.runtime.ensemble.settling import Settling
 from symgen.runtime.ensemble.slots import COLUMN, LEFT
 from symgen.runtime.errors import ContactError, RuntimeModelError
@@ -28,7 +35,9 @@ if TYPE_CHECKING:
 
     from symgen.runtime.system import System
 
-_MOST_AT_ONCE = 32  # switches of a member at one instant: behind them a run of its own says what is the matter
+_MOST_AT_ONCE = (
+    32  # switches of a member at one instant: behind them a run of its own says what is the matter
+)
 _SAME_TIME = 1e-13
 _TOLERANCES, _ROUND_OFF = 10.0, 1e-13  # of a gap below zero, as in `checks/stops.py`
 
@@ -65,7 +74,10 @@ class SwitchedBatch:
     def __init__(self, system: System, settings: BatchSettings) -> None:
         self.system, self.settings = system, settings
         longest = (settings.longest[0], *settings.longest_held)
-        self._lanes = LaneBatch(system, settings), LaneBatch(system.closed, replace(settings, longest=longest))
+        self._lanes = (
+            LaneBatch(system, settings),
+            LaneBatch(system.closed, replace(settings, longest=longest)),
+        )
         self._settling = Settling(system, settings.rtol, settings.atol)
         self._full: _InFull | None = None
         self._stopped = False
@@ -104,7 +116,9 @@ class SwitchedBatch:
     def forms_at(self, times: np.ndarray) -> Forms:
         """Return which settings a member that is run with a log had at times; at a switch those before it."""
         since = np.array([t for t, _ in self._changes])
-        return Forms(np.array([own for _, own in self._changes]), np.searchsorted(since, times, side="left") - 1)
+        return Forms(
+            np.array([own for _, own in self._changes]), np.searchsorted(since, times, side="left") - 1
+        )
 
     def _column(self, name: str) -> np.ndarray:
         return self._carried.columns[:, COLUMN[name]]
@@ -130,10 +144,14 @@ class SwitchedBatch:
         own, held = self._carried, self._settling.held(self._p[which])[:, : self._settling.n_stops]
         rows = slice(None) if len(which) == len(self._y) else which
         own.lowest[rows] = np.inf
-        part = Carried(own.columns[rows], own.frames[rows], own.first_frame[rows], own.widths[rows], own.lowest[rows])
+        part = Carried(
+            own.columns[rows], own.frames[rows], own.first_frame[rows], own.widths[rows], own.lowest[rows]
+        )
         self._y[rows] = lanes.run(self._p[rows], self._y[rows], None, part).end
         own.columns[rows], own.frames[rows], own.lowest[rows] = part.columns, part.frames, part.lowest
-        own.first_frame[rows] = np.searchsorted(self.settings.frame_times, self._column("t")[rows], side="right")
+        own.first_frame[rows] = np.searchsorted(
+            self.settings.frame_times, self._column("t")[rows], side="right"
+        )
         lowest = np.where(held, np.inf, own.lowest[rows, : self._settling.n_stops])
         self.lowest_gaps[rows] = np.minimum(self.lowest_gaps[rows], lowest)
         if self.settings.log_size:
@@ -141,7 +159,11 @@ class SwitchedBatch:
 
     def _act(self, going: np.ndarray) -> np.ndarray:
         """Act on the switches of members; returns those that go on."""
-        n, status, number = self.system.nq + self.system.nv, self._column("status"), self._column("next_event")
+        n, status, number = (
+            self.system.nq + self.system.nv,
+            self._column("status"),
+            self._column("next_event"),
+        )
         which = going[(status[going] == at.REACHED_STOP) & (number[going] > 0.5)]
         if not len(which) or self._stopped:
             return which[:0]
@@ -183,7 +205,9 @@ class SwitchedBatch:
         n, sound = self.system.nq + self.system.nv, np.ones(len(which), dtype=bool)
         for k in np.flatnonzero(~plain):
             member = which[k]
-            self._full = self._full or _InFull(self.system, self.settings, self._p[member], self._y[member, :n])
+            self._full = self._full or _InFull(
+                self.system, self.settings, self._p[member], self._y[member, :n]
+            )
             t, h = self._column("t")[member], self._column("h")[member]
             event = () if fired is None else (int(fired[k]),)
             sound[k] = self._full.settle(event, t, h, self._p[member], self._y[member, :n])
@@ -200,7 +224,9 @@ class SwitchedBatch:
             action = "stick" if now[fired] else "turn"
         after = self._y[0, :n].copy()
         name = self.system.events[fired]["name"]
-        self.records.append(EventRecord(name, action, t, before[:nq], before[nq:], after[:nq], after[nq:], change))
+        self.records.append(
+            EventRecord(name, action, t, before[:nq], before[nq:], after[:nq], after[nq:], change)
+        )
         self._changes.append((t, self._settings_of(0)))
 
     def _note_sunk(self, result: BatchResult) -> None:
@@ -212,7 +238,9 @@ class SwitchedBatch:
         size = np.maximum(1.0, np.abs(self._y[:, : self.system.nq]).max(axis=1))[:, None]
         allowed = sums * (_TOLERANCES * (s.atol + s.rtol * size) + _ROUND_OFF * size)
         with np.errstate(all="ignore"):
-            result.columns[:, COLUMN["sunk"]] = np.nanmax(np.maximum(-self.lowest_gaps, 0.0) / allowed, axis=1)
+            result.columns[:, COLUMN["sunk"]] = np.nanmax(
+                np.maximum(-self.lowest_gaps, 0.0) / allowed, axis=1
+            )
 
 
 class _InFull:

@@ -277,6 +277,11 @@ def check_names(system: System, names: Sequence[str]) -> None:
                 f"outputs of model {system.name!r} need reactions, which stops and friction switch: an ensemble keeps "
                 "coordinates and rates"
             )
+        if place in ("accelerations", "multipliers") and system.switches:
+            raise RuntimeModelError(
+                f"{name} of model {system.name!r} depends on what stops and friction hold at each instant: an ensemble "
+                f"keeps coordinates, rates and energy; member(k)[{name!r}] has it"
+            )
         if name != ENERGY and place in ("", "contact_forces", "input_values"):
             raise UnknownNameError(
                 f"model {system.name!r} has no series {name!r} that ensembles keep: {nearest(name, [*known, ENERGY])}"
