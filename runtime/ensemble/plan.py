@@ -170,6 +170,8 @@ def make_plan(system: System, options: EnsembleOptions, choice: Choice | None = 
     over_time |= _said_by_model(system, own - {*moving})
     driven = drive.drive(system, over_time, rows[0], single.t_start, single.t_end) if over_time else None
     objection = _objection(system, driven)
+    if system.switches and options.device != "cpu":
+        objection = objection or "stops and friction are for processors"
     if options.method != "auto":
         choice = None
         method, more = choose_method(driven or system, rows[0], state, single)
@@ -200,8 +202,6 @@ def make_plan(system: System, options: EnsembleOptions, choice: Choice | None = 
             settings, objection = None, f"method {method.name} is for processors"
         elif settings.breaks is not None:
             settings, objection = None, "inputs over time, and what steps have to land on, are for processors"
-        elif system.switches:
-            settings, objection = None, "stops and friction are for processors"
     if objection:
         notes.append(f"members run one after another, not in lanes: {objection}")
     if settings is not None:

@@ -238,9 +238,8 @@ class SwitchedBatch:
         size = np.maximum(1.0, np.abs(self._y[:, : self.system.nq]).max(axis=1))[:, None]
         allowed = sums * (_TOLERANCES * (s.atol + s.rtol * size) + _ROUND_OFF * size)
         with np.errstate(all="ignore"):
-            result.columns[:, COLUMN["sunk"]] = np.nanmax(
-                np.maximum(-self.lowest_gaps, 0.0) / allowed, axis=1
-            )
+            parts = np.maximum(-self.lowest_gaps, 0.0) / allowed
+        result.columns[:, COLUMN["sunk"]] = np.fmax.reduce(parts, axis=1)
 
 
 class _InFull:
