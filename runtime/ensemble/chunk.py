@@ -47,8 +47,9 @@ def part_size(plan: Plan) -> int:
     if plan.options.device != "cpu":
         return max(_SMALLEST_PART, min(_DEVICE_PART, n, _DEVICE_PART_NUMBERS // max(numbers, 1)))
     even = -(-n // _PARTS_AT_LEAST // 8) * 8
-    smallest = _SMALLEST_WITH_SWITCHES if plan.system.switches else _SMALLEST_PART
-    return max(smallest, min(_PART, even, _PART_NUMBERS // max(numbers, 1)))
+    if plan.system.switches:
+        even = max(even, _SMALLEST_WITH_SWITCHES)
+    return max(_SMALLEST_PART, min(_PART, even, _PART_NUMBERS // max(numbers, 1)))
 
 
 def block_size(plan: Plan) -> int:
