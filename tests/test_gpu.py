@@ -349,7 +349,7 @@ def test_a_stopped_kernel_returns(imagined_device):
     "name, options, said",
     [
         ("bouncing_ball", {"method": "dop853"}, "it has events, which run in the lanes"),
-        ("door_stop", {}, "stops and frictions that stick are for single runs"),
+        ("door_stop", {}, "stops and friction are for processors"),
         ("stiff_bushing_pendulum", {"method": "radau5"}, "method radau5 is for processors"),
     ],
 )

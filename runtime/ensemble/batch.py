@@ -9,7 +9,7 @@ import numpy as np
 from symgen.runtime.choose import SERIES
 from symgen.runtime.ensemble import radau
 from symgen.runtime.ensemble.arrays import Table, aligned
-from symgen.runtime.ensemble.events import N_BLOCKS, PLACES
+from symgen.runtime.ensemble.events import N_BLOCKS, PLACES, SWITCHES
 from symgen.runtime.ensemble.intervals import Breaks, one_interval
 from symgen.runtime.ensemble.lanes import DRIVEN, N_INTERVAL
 from symgen.runtime.ensemble.machine import IMPLICIT, lane_kernel, lane_loop, lane_series
@@ -58,6 +58,8 @@ class BatchSettings:
         As `layout.PROJECTION_TOL`.
     longest : (float, float, float)
         H_MAX, H_BASE, H_SHARE, see `layout`.
+    longest_held : (float, float)
+        H_BASE, H_SHARE while a stop is closed, or a friction sticks.
     scale_energy : bool
     frame_times : ndarray, shape (F,) [s]
     max_steps : int
@@ -77,6 +79,7 @@ class BatchSettings:
     step: float = 0.0
     projection_tol: float = 1e-12
     longest: tuple[float, float, float] = (np.inf, np.inf, 0.0)
+    longest_held: tuple[float, float] = (np.inf, 0.0)
     scale_energy: bool = False
     max_steps: int = 1 << 52
     lanes: int = LANES
@@ -123,6 +126,28 @@ def one_evaluation(system: System, method: str) -> bool:
 
 
 RESULTS = ("end", "columns", "frames")
+_ACTIONS = {**ACTIONS, "stop": SWITCHES, "friction": SWITCHES}
+
+
+@record(eq=False)
+class Carried:
+    """What members of models with stops or friction have when they take a lane, and have come to when they leave it.
+
+    Attributes
+    ----------
+    columns : ndarray, shape (n, len(COLUMNS))
+    frames : ndarray, shape (n, F, ny)
+    first_frame : ndarray of int64, shape (n,)
+        Their next one.
+    widths, lowest : ndarray, shape (n, number of switches)
+        How far below zero each switch counts as zero; the least of its function at the ends of steps.
+    """
+
+    columns: np.ndarray
+    frames: np.ndarray
+    first_frame: np.ndarray
+    widths: np.ndarray
+    lowest: np.ndarray
 
 
 class LaneBatch:
@@ -145,7 +170,7 @@ class LaneBatch:
         self._loop = lane_loop(settings.method, lanes)
         self.table = table = Table()
         n = system.nq + system.nv
-        n_logged = settings.log_size and _EVENTS_LOGGED * bool(system.events)
+        n_logged = settings.log_size and _EVENTS_LOGGED * bool(system.events and not system.switches)
         self.event_log = np.zeros((n_logged, plain_events.FIRST_STATE + 2 * n))
         projects = bool(system.m or system.quaternions)
         n_project = n + system.nh + system.m if projects else 0
@@ -167,6 +192,7 @@ class LaneBatch:
             max_steps=settings.max_steps, watch_energy=1, scale_energy=int(settings.scale_energy),
             log_size=settings.log_size, n_record=n_record, one_evaluation=int(one_evaluation(system, settings.method)),
             n_events=len(system.events), event_log_size=len(self.event_log),
+            n_switches=len(system.switches),
         )  # fmt: skip
         breaks = settings.breaks
         driven = breaks.driven if breaks is not None else np.zeros((0, DRIVEN), dtype=np.int64)
@@ -210,7 +236,7 @@ class LaneBatch:
             "event_log": self.event_log,
             "directions": np.array([DIRECTIONS[event["direction"]] for event in events], dtype=float),
             "places": np.array(PLACES),
-            "actions": np.array([ACTIONS[event["action"]] for event in events], dtype=np.int64),
+            "actions": np.array([_ACTIONS[event["action"]] for event in events], dtype=np.int64),
             "resets": np.array(resets, dtype=np.uint64),
         }
 
@@ -222,7 +248,8 @@ class LaneBatch:
         self.table.set_integers(
             jacobian=lane_kernel(system, "residual_jacobian", settings.lanes), n_kept=len(radau.STATE)
         )
-        self.table.set_numbers(stage_rtol=rtol, stage_atol=atol, newton_bound=bound)
+        give = radau.GIVE if system.dependent else 0.0
+        self.table.set_numbers(stage_rtol=rtol, stage_atol=atol, newton_bound=bound, give=give)
         return radau.work_length(n_stages, system.nq, system.nv, system.m, system.ny)
 
     def _prepare_series(self) -> int:
@@ -256,17 +283,20 @@ class LaneBatch:
         self.table.set_integers(stop=1)
 
     def run(
-        self, parameters: np.ndarray, start: np.ndarray, numbers: np.ndarray | None = None
-    ) -> BatchResult:
+        self, parameters: np.ndarray, start: np.ndarray, numbers: np.ndarray | None = None,
+        carried: Carried | None = None,
+    ) -> BatchResult:  # fmt: skip
         """Run members from their starts to the end.
 
         Parameters
         ----------
         parameters : ndarray, shape (n, n_p)
-        start : ndarray, shape (n, nq + nv)
+        start : ndarray, shape (n, nq + nv), or (n, ny)
             Consistent with the constraints.
         numbers : ndarray of int, shape (n,), optional
             Those of the members, which say what noise they have; 0, 1, … by default.
+        carried : Carried, optional
+            With which they go on from where they are, to the end or to the next switch; it is written over.
         """
         system, n = self.system, len(start)
         if self.settings.breaks is None:
@@ -276,15 +306,17 @@ class LaneBatch:
         states = np.zeros((n, system.ny))
         states[:, : start.shape[1]] = start
         given = np.ascontiguousarray(parameters, dtype=float)
-        result = BatchResult(
-            np.zeros((n, system.ny)),
-            np.zeros((n, len(COLUMNS))),
-            np.full((n, len(self.settings.frame_times), system.ny), np.nan),
-        )
+        if carried is None:
+            carried = new_members(n, system, self.settings)
+            self.table.set_integers(resumes=0)
+        else:
+            self.table.set_integers(resumes=1)
+        result = BatchResult(np.zeros((n, system.ny)), carried.columns, carried.frames)
         held = {
             "start": states, "parameters": given, "precomputed": np.zeros((n, system.n_precomputed)),
             "derivative": np.zeros((n, self._n_record)), "results": result.columns, "end": result.end,
             "frames": result.frames, "intervals": intervals.rows, "first_interval": intervals.first,
+            "first_frame": carried.first_frame, "widths": carried.widths, "lowest": carried.lowest,
         }  # fmt: skip
         self.table.set_arrays(held)
         self.table.set_integers(n_members=n, next=0, n_logged=0, stop=0, n_events_logged=0)
@@ -295,6 +327,17 @@ class LaneBatch:
         if any(event["action"] == "terminate" for event in system.events):
             stay_at_ends(result, self.settings)
         return result
+
+
+def new_members(n: int, system: System, settings: BatchSettings) -> Carried:
+    """Return what `n` members carry that have not begun."""
+    switches = len(system.switches)
+    columns = np.zeros((n, len(COLUMNS)))
+    columns[:, COLUMNS.index("t")], columns[:, COLUMNS.index("pivot")] = settings.t_start, np.inf
+    return Carried(
+        columns, np.full((n, len(settings.frame_times), system.ny), np.nan), np.zeros(n, dtype=np.int64),
+        np.zeros((n, switches)), np.full((n, switches), np.inf),
+    )  # fmt: skip
 
 
 def repeat_ends(result: BatchResult, settings: BatchSettings) -> None:

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 _DEFAULT_STATISTICS = ("mean", "std", "min", "max")
 _SMALLEST_PART, _PART = 64, 4096  # members
 _PARTS_AT_LEAST = 16  # so that several threads have something to do
+_SMALLEST_WITH_SWITCHES = 512  # members that settle together: what that takes hardly grows with their number
 _PART_NUMBERS = 1 << 19  # of frames in a part: 4 MB, which caches hold
 # A graphics processor is full with some hundred thousand threads.
 _DEVICE_PART, _DEVICE_PART_NUMBERS = 1 << 17, 1 << 24
@@ -46,6 +47,8 @@ def part_size(plan: Plan) -> int:
     if plan.options.device != "cpu":
         return max(_SMALLEST_PART, min(_DEVICE_PART, n, _DEVICE_PART_NUMBERS // max(numbers, 1)))
     even = -(-n // _PARTS_AT_LEAST // 8) * 8
+    if plan.system.switches:
+        even = max(even, _SMALLEST_WITH_SWITCHES)
     return max(_SMALLEST_PART, min(_PART, even, _PART_NUMBERS // max(numbers, 1)))
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from symgen.runtime.ensemble.lanes import Lanes, copy_rows, evaluate_energy, finite_rows
+from symgen.runtime.ensemble.lanes import Lanes, copy_rows, evaluate_energy, finite_rows, project
 from symgen.runtime.ensemble.slots import AT
 from symgen.runtime.ensemble.writer import INTEGER, Code, Rows, Value, Variable
 from symgen.runtime.integrate import plain_events
@@ -31,7 +31,12 @@ _SHORTEST_STEP = 1e-5  # of the longest one: a function that may have crossed in
 _FARTHEST = 2.0  # behind the end of a step
 
 
+SWITCHES = 1 + max(RECORDS, RESETS, TERMINATES)  # of a stop or a friction: what follows is worked out outside
+_PROJECTION_NOISE = 4.0  # states on constraints carry the round-off of the projection as well
+
 _BLOCKS = (
+    # Of stops and frictions: how far below zero they count as zero, and the least at the ends of steps.
+    "width", "lowest",
     "side", "side_before", "band", "previous", "one_before", "two_before", "found", "low", "high", "g_low", "g_high",
     "was", "level", "root", "g", "at_event", "floor", "other",
 )  # fmt: skip
@@ -110,6 +115,7 @@ def _arm(lanes: Lanes, where: Value) -> None:
     _move(lanes, dt, moved)
     _evaluate(lanes, t + dt, moved, w.other)
     begins = lanes.own("fired") < 0.5
+    switches = code.all_flags(code.compare("ne", lanes.n_switches, 0))
     lost = code.variable(code.flags(False))
     with code.each(lanes.n_events) as e:
         g, floor = w.g[e], w.floor[e]
@@ -121,8 +127,13 @@ def _arm(lanes: Lanes, where: Value) -> None:
         near = code.select(records, size_g, code.smaller(size_g, code.size(w.at_event[e])))
         band = code.select(fired, floor + near, floor)
         lean = code.select(fired & ~records, heading * LEANING, code.all_lanes(0.0))
+        # What holds or slides does so until its function falls below zero; one that has just fired may have sunk.
+        sunk = code.larger(-g, code.all_lanes(0.0))
+        sunk = code.select(fired, sunk * 2.0, sunk)
+        band = code.select(switches, code.larger(floor, w.width[e]) + sunk, band)
+        lean = code.select(switches, code.all_lanes(LEANING), lean)
         clear = (size_g > band) & ~(fired & records)
-        lost.value = lost.value | (where & ~begins & ~fired & ~clear)
+        lost.value = lost.value | (where & ~begins & ~fired & ~clear & ~switches)
         w.side[e] = code.select(where, code.select(clear, _sign(g), lean), w.side[e])
         w.band[e] = code.select(where, band, w.band[e])
     lanes.set_own("leaves", 1.0, lost.value)
@@ -148,11 +159,14 @@ def _find_floor(lanes: Lanes, t: Value) -> None:
             change = w.floor[e] + code.size(w.other[e] - w.g[e])
             w.floor[e] = code.select(code.finite(change), change, code.all_lanes(0.0))
 
-    dt = code.size(t) * ROUND_OFF
+    relative = code.variable(ROUND_OFF)
+    with code.when(lanes.m > 0):
+        relative.value = code.all_lanes(ROUND_OFF * _PROJECTION_NOISE)
+    dt = code.size(t) * relative.value
     copy_rows(lanes, lanes.y, moved, lanes.n)
     add_change(t + dt)
     with code.each(lanes.n) as k:
-        moved[k] = lanes.y[k] + code.size(lanes.y[k]) * ROUND_OFF
+        moved[k] = lanes.y[k] + code.size(lanes.y[k]) * relative.value
         add_change(t)
         moved[k] = lanes.y[k]
     _move(lanes, dt, moved)
@@ -190,9 +204,20 @@ def find_events(
         inside = happened.value & (first < 1.0)
         with code.when(code.any(inside)):
             evaluate(code.select(inside, first, code.all_lanes(1.0)), lanes.y_stage)
+            with code.when(lanes.n_project > 0):
+                there = code.select(inside, t + (t1 - t) * first, t1)
+                project(lanes, there, lanes.y_stage, inside, nowhere)
             copy_rows(lanes, lanes.y_stage, lanes.y_new, lanes.ny, inside)
+        _note_lowest(lanes, stands.value & ~happened.value)
         stop.value = code.select(inside, t + (t1 - t) * first, t1)
     return Stopped(stop.value, stands.value, happened.value, leaving.value, nowhere)
+
+
+def _note_lowest(lanes: Lanes, where: Value) -> None:
+    """Take note of how low the functions of stops and frictions are at the ends of steps without an event."""
+    code, w = lanes.code, Watched(lanes)
+    with code.each(lanes.n_switches) as e:
+        w.lowest[e] = code.select(where, code.smaller(w.lowest[e], w.previous[e]), w.lowest[e])
 
 
 def _look(
@@ -355,7 +380,8 @@ def _act(lanes: Lanes, stopped: Stopped, leaving: Variable, ended: Variable) -> 
     is_reset = code.variable(code.flags(False))
     with code.each(lanes.n_events) as e:
         here = where & _is(code, lanes.own("next_event"), e + 1)
-        ended.value = ended.value | (here & code.all_flags(code.equal(lanes.actions[e], TERMINATES)))
+        ends = code.equal(lanes.actions[e], TERMINATES) | code.equal(lanes.actions[e], SWITCHES)
+        ended.value = ended.value | (here & code.all_flags(ends))
         with code.when(code.any(here) & code.equal(lanes.actions[e], RESETS)):
             is_reset.value = is_reset.value | here
             with code.each(lanes.n) as i:  # structural zeros are not written

@@ -130,9 +130,12 @@ _PLAIN = (
     "directions",
     "places",
     "intervals",
+    "widths",
+    "lowest",
 )
 _INTEGERS = (
     "quaternions", "member_of_lane", "frame_of_lane", "actions", "first_interval", "interval_of_lane", "driven",
+    "first_frame",
 )  # fmt: skip
 # Rows of `interval`, see `breaks`, and of `intervals`, where the polynomials of inputs come behind them.
 INTERVAL_END, INTERVAL_NEXT, INTERVAL_ANEW, INTERVAL_LONGEST = range(4)
@@ -273,7 +276,10 @@ def function_load(lanes_wide: int) -> Code:
     with code.each(lanes.n_kept) as i:
         newton[i * code.lanes + lane] = code.number(0.0)
     lanes.member_of_lane[lane] = member
-    lanes.frame_of_lane[lane] = code.integer(0)
+    lanes.frame_of_lane[lane] = lanes.first_frame[member]
+    # Of what can be held, the first blocks of `events.Watched`.
+    spread(lanes.widths, lanes.watched, lanes.n_switches)
+    spread(lanes.lowest, lanes.watched.behind(lanes.n_switches), lanes.n_switches)
     take_interval(lanes, lane, lanes.first_interval[member])
     return code
 
@@ -306,6 +312,7 @@ def function_store(lanes_wide: int) -> Code:
 
     gather(lanes.y, lanes.end, lanes.ny)
     gather(lanes.numbers, lanes.results, len(COLUMNS))
+    gather(lanes.watched.behind(lanes.n_switches), lanes.lowest, lanes.n_switches)
     return code
 
 
@@ -322,7 +329,10 @@ def function_begin(lanes_wide: int, begin: Callable[[Lanes], Value]) -> Code:
         leave(block.value >= lanes.n_members)
         with code.each(code.lanes) as lane:
             _enter(lanes, block.value + lane, lane)
-        start_members(lanes, begin)
+        with code.when(code.equal(lanes.resumes, 0)):
+            start_members(lanes, begin)
+        with code.when(code.compare("ne", lanes.resumes, 0)):
+            _resume_members(lanes, begin)
         with code.each(code.lanes) as lane:
             _leave(lanes, block.value + lane, lane)
         block.value = block.value + code.lanes
@@ -347,6 +357,30 @@ def start_members(lanes: Lanes, begin: Callable[[Lanes], Value]) -> None:
     lanes.set_own("h", begin(lanes))
 
 
+def _resume_members(lanes: Lanes, begin: Callable[[Lanes], Value]) -> None:
+    """Write the same where members go on from what they carry; their steps begin anew."""
+    code, t = lanes.code, lanes.own("t")
+    first = lanes.own("begun") < 0.5
+    with code.when(code.any(first)):
+        kinetic, potential, work = evaluate_energy(lanes, t, lanes.y)
+        for column, value in (
+            ("level", kinetic + potential - work), ("kinetic", code.size(kinetic)), ("least_potential", potential),
+            ("most_potential", potential),
+        ):  # fmt: skip
+            lanes.set_own(column, value, first)
+    for column in _BEGIN_ANEW:
+        lanes.set_own(column, 0.0)
+    lanes.set_own("begun", 1.0)
+    lanes.set_own("active", 1.0)
+    lanes.set_own("h", begin(lanes))
+
+
+# Of the columns: what a lane knows of its steps and of its events, as far as these are other ones behind a switch.
+_BEGIN_ANEW = (
+    "status", "last_rejected", "round_off", "shorter", "varied", "reach", "before", "armed", "next_event", "leaves",
+)  # fmt: skip
+
+
 def _enter(lanes: Lanes, number: Value, lane: Value) -> None:
     code = lanes.code
     member = code.select(number < lanes.n_members, number, lanes.n_members - 1)
@@ -358,6 +392,10 @@ def _enter(lanes: Lanes, number: Value, lane: Value) -> None:
     with code.each(lanes.n_precomputed) as i:
         p[i * code.lanes + lane] = longer[i]
     take_interval(lanes, lane, lanes.first_interval[member])
+    with code.when(code.compare("ne", lanes.resumes, 0)):
+        numbers, carried = lanes.numbers.single(), lanes.results.behind(member * len(COLUMNS))
+        with code.each(len(COLUMNS)) as i:
+            numbers[i * code.lanes + lane] = carried[i]
 
 
 def precompute(lanes: Lanes, member: Value) -> Rows:
@@ -628,7 +666,7 @@ def function_map(lanes_wide: int) -> Code:
                 precompute(lanes, member)
             source = lanes.start.behind(state * lanes.ny)
             y, p, t = lanes.y.single(), lanes.p.single(), lanes.numbers.single()
-            t[lane] = lanes.frame_times[frame]
+            t[lane] = lanes.frame_times[code.select(code.equal(lanes.own_times, 0), frame, state)]
             with code.each(lanes.ny) as i:
                 y[i * code.lanes + lane] = source[i]
             with code.when(code.compare("ne", lanes.member_of_lane[lane], member)):

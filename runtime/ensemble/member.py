@@ -15,6 +15,7 @@ from symgen.runtime.ensemble.batch import BatchResult, LaneBatch
 from symgen.runtime.ensemble.plan import alone
 from symgen.runtime.ensemble.single import run_single, runs_alone
 from symgen.runtime.ensemble.slots import COLUMN
+from symgen.runtime.ensemble.switched import SwitchedBatch, make_batch
 from symgen.runtime.ensemble.verdict import CAUSES
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.event_actions import EventLog
@@ -60,7 +61,7 @@ def member_again(plan: Plan, number: int, t_eval: Sequence[float] | None = None)
     if failures:
         raise RuntimeModelError(failures[0])
     refuse_negative_inertia(plan.system, p, plan.single.t_start, starts[0])
-    batch = LaneBatch(plan.system, alone(plan, times))
+    batch = make_batch(plan.system, alone(plan, times))
     result = batch.run(parameters, starts, np.array([number]))
     status = int(result.columns[0, COLUMN["status"]])
     if status in runs_alone(plan):
@@ -79,8 +80,8 @@ def _frames(plan: Plan, t_eval: Sequence[float] | None) -> np.ndarray:
 
 
 def _solution(
-    plan: Plan, system: System, p: np.ndarray, status: int, times: np.ndarray, batch: LaneBatch, result: BatchResult,
-    seconds: dict[str, float],
+    plan: Plan, system: System, p: np.ndarray, status: int, times: np.ndarray, batch: LaneBatch | SwitchedBatch,
+    result: BatchResult, seconds: dict[str, float],
 ) -> Solution:  # fmt: skip
     there = np.isfinite(result.frames[0]).all(axis=1) & (times <= result.column("t")[0])
     t, rows, stop = times[there], result.frames[0][there], result.column("t")
@@ -92,12 +93,9 @@ def _solution(
     n = system.nq + system.nv
     work = rows[:, n] if system.nw else np.zeros(len(t))
     position, velocity = constraint_residuals(system, p, t, rows)
-    events = batch.event_log[: batch.n_events_logged].copy()
-    log = EventLog()
-    log.extend_by_rows(system, events)
+    log, changes = _events(batch, system)
     # Frames show states before an event at their time.
-    done = np.searchsorted(events[:, plain_events.TIME], t)
-    resets = np.append(0.0, np.cumsum(events[:, plain_events.CHANGE]))[done]
+    resets = np.append(0.0, np.cumsum(changes))[np.searchsorted(log.times, t)]
     work = work + resets
     exchange = Exchange(energies, work)
     balance = energies.sum(axis=1) - work
@@ -115,6 +113,7 @@ def _solution(
     if (
         system.nw
         and not len(log)
+        and not system.switches
         and status == at.REACHED_STOP
         and error > energy_limit(find_method(plan.method), plan.single.rtol)
     ):
@@ -124,6 +123,9 @@ def _solution(
         if along is not None:
             work, exchange = along, Exchange(energies, along)
             error = float(exchange.relative(np.abs(energies.sum(axis=1) - work - energies[0].sum()).max()))
+    forms = lowest_gaps = None
+    if isinstance(batch, SwitchedBatch):
+        forms, lowest_gaps = batch.forms_at(t), batch.lowest_gaps[0]
     q, v = slice(0, system.nq), slice(system.nq, system.nq + system.nv)
     return Solution(
         system=system, p=p, t=t, q=rows[:, q], v=rows[:, v], w=work, samples=[], events=log,
@@ -140,9 +142,20 @@ def _solution(
         notes=[*plan.notes, "run in a lane of its own, as a member of an ensemble"], method=plan.method,
         constraints=plan.treatment, rtol=plan.single.rtol, atol=plan.single.atol, step=plan.single.step,
         t_start=plan.single.t_start, t_end=plan.single.t_end, seconds=seconds,
-        min_pivot_ratio=float(result.column("pivot")[0]),
+        min_pivot_ratio=float(result.column("pivot")[0]), forms=forms, lowest_gaps=lowest_gaps,
         timetable=make_timetable(plan.system, p, find_method(plan.method), plan.single),
     )  # fmt: skip
+
+
+def _events(batch: LaneBatch | SwitchedBatch, system: System) -> tuple[EventLog, np.ndarray]:
+    """Return the events of a member that ran with a log, and the energy that each has added."""
+    log = EventLog()
+    if isinstance(batch, SwitchedBatch):
+        log.extend(batch.records)
+        return log, np.array([record.energy_change for record in batch.records])
+    rows = batch.event_log[: batch.n_events_logged].copy()
+    log.extend_by_rows(system, rows)
+    return log, rows[:, plain_events.CHANGE]
 
 
 def end_again(plan: Plan, numbers: np.ndarray, rtol: float) -> np.ndarray:
@@ -151,7 +164,7 @@ def end_again(plan: Plan, numbers: np.ndarray, rtol: float) -> np.ndarray:
         plan.settings, rtol=rtol, atol=plan.single.atol * rtol / plan.single.rtol, frame_times=np.zeros(0)
     )
     found = []
-    batch = LaneBatch(plan.system, settings)
+    batch = make_batch(plan.system, settings)
     for number in numbers:
         parameters, varied = plan.members.arrays(plan.p, int(number), int(number) + 1)
         starts, _ = plan.starts.of(parameters, varied)

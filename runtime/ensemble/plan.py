@@ -12,7 +12,7 @@ from symgen.runtime.checks.inertia import refuse_negative_inertia
 from symgen.runtime.choose import EXPLICIT, SERIES, choose_constraints, choose_method, choose_step
 from symgen.runtime.code.lower import NoLanes
 from symgen.runtime.constraints.energy_level import choose_energy_level
-from symgen.runtime.ensemble.batch import BatchSettings, LaneBatch
+from symgen.runtime.ensemble.batch import BatchSettings
 from symgen.runtime.ensemble.intervals import Breaks
 from symgen.runtime.ensemble.machine import IMPLICIT, IN_LANES, ON_DEVICES, OVER_EVENTS
 from symgen.runtime.ensemble.method_choice import (
@@ -25,7 +25,9 @@ from symgen.runtime.ensemble.method_choice import (
 from symgen.runtime.ensemble.noises import is_noise
 from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.sampling import Column, Grid, Members, Sampler, as_mapping
+from symgen.runtime.ensemble.settling import has_plain_switches
 from symgen.runtime.ensemble.starts import Starts, not_numbers
+from symgen.runtime.ensemble.switched import make_batch
 from symgen.runtime.errors import Refusal, RuntimeModelError, UnknownNameError, nearest
 from symgen.runtime.events_in_code import ACTIONS, has_plain_events
 from symgen.runtime.integrate import layout as at
@@ -168,11 +170,13 @@ def make_plan(system: System, options: EnsembleOptions, choice: Choice | None = 
     over_time |= _said_by_model(system, own - {*moving})
     driven = drive.drive(system, over_time, rows[0], single.t_start, single.t_end) if over_time else None
     objection = _objection(system, driven)
+    if system.switches and options.device != "cpu":
+        objection = objection or "stops and friction are for processors"
     if options.method != "auto":
         choice = None
         method, more = choose_method(driven or system, rows[0], state, single)
     else:
-        in_lanes = not objection and driven is None and options.device == "cpu"
+        in_lanes = not objection and driven is None and options.device == "cpu" and not system.switches
         choice = choice or _choose(driven or system, members, p, starts, single, in_lanes=in_lanes)
         method, more = METHODS[choice.method], choice.notes
     notes = [*notes, *more]
@@ -394,7 +398,12 @@ def _objection(system: System, driven: DrivenSystem | None) -> str:
     if driven is not None and driven.controllers:
         return "controllers are for single runs"
     if system.switches:
-        return "stops and frictions that stick are for single runs"
+        if has_plain_switches(system):
+            return ""
+        return (
+            "stops and frictions of models with constraints or events of their own, frictions in planes, smooth ones, "
+            "and those that follow a reaction are for single runs"
+        )
     if system.events and not (
         has_plain_events(system) and all(e["action"] in ACTIONS for e in system.events)
     ):
@@ -423,7 +432,11 @@ def _breaks(
     changing = {c.index for c in columns if c.place == "parameters"}
     changing |= {system.place_of_parameter(name) for name in starts.sought}
     varies = system.has("time_terms") and not changing.isdisjoint(search.TimeTerms(system, p).numbers_read())
-    return (breaks if table is not None or driven is not None or varies else None), ""
+    if table is None and driven is None and not varies:
+        return None, ""
+    if system.switches:
+        return None, "stops and frictions with inputs over time, or with jumps at times, are for single runs"
+    return breaks, ""
 
 
 def _settings(
@@ -447,8 +460,9 @@ def _settings(
         method = METHODS[EXPLICIT]
     if method.name not in IN_LANES or (system.events and method.name not in OVER_EVENTS):
         return None, method, f"method {method.name} is for single runs", []
-    if method.name in IMPLICIT and (reason := _not_implicit(system, method)):
-        return None, method, reason, []
+    for form in (system, system.closed) if system.switches else (system,):
+        if method.name in IMPLICIT and (reason := _not_implicit(form, method)):
+            return None, method, reason, []
     step, notes = choose_step(method, driven, p, state, single)
     level = choose_energy_level(single.energy_scaling, driven, method, p, single.t_start, state)
     arrays = LoopArrays(
@@ -462,11 +476,14 @@ def _settings(
         longest=(float(c[at.H_MAX]), float(c[at.H_BASE]), float(c[at.H_SHARE])),
         scale_energy=bool(np.isfinite(level)), max_steps=single.max_steps or _MANY_STEPS,
     )  # fmt: skip
+    if system.switches:
+        arrays.limit_steps(method, held=True)
+        settings = replace(settings, longest_held=(float(c[at.H_BASE]), float(c[at.H_SHARE])))
     if choice is not None and choice.method == method.name:
         most = min(settings.max_steps, choice.most_steps or settings.max_steps)
         settings = replace(settings, order=choice.order, max_steps=most)
     try:
-        LaneBatch(system, settings)
+        make_batch(system, settings)
     except (NoLanes, Refusal) as why:
         return None, method, str(why), []
     return settings, method, "", notes
@@ -476,8 +493,6 @@ def _not_implicit(system: System, method: Any) -> str:
     """Return why an implicit method cannot run in lanes; an empty string where it can."""
     if system.quaternions:
         return f"method {method.name} over quaternions is for single runs"
-    if system.dependent:
-        return f"method {method.name} with constraints that follow from others is for single runs"
     if suited_to_size(method, system) is not method:
         return f"method {method.name} with sparse matrices is for single runs"
     return ""

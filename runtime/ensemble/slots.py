@@ -7,14 +7,25 @@ _SIZES = (
     "n_members", "ny", "n", "nq", "n_row", "n_p", "n_precomputed", "nh", "m", "n_project", "n_quaternions", "n_frames",
     "max_steps", "next", "watch_energy", "scale_energy", "order", "has_tail", "log_size", "n_logged", "n_record",
     "stop", "one_evaluation", "n_events", "n_events_logged", "event_log_size",
-    "n_kept", "n_driven", "n_interval",
+    "n_kept", "n_driven", "n_interval", "n_switches", "resumes",
+    "own_times",
 )  # fmt: skip
 _NUMBERS = (
     "t_start", "t_end", "rtol", "atol", "h_max", "h_base", "h_share", "h_min", "projection_tol", "step", "log_left_out",
-    "log_of_turns", "creeps", "stage_rtol", "stage_atol", "newton_bound",
+    "log_of_turns", "creeps", "stage_rtol", "stage_atol", "newton_bound", "give",
 )  # fmt: skip
 # Of members, in the order of the queue: plain numbers, a row for each.
-_MEMBERS = ("start", "parameters", "precomputed", "derivative", "results", "end", "frames")
+_MEMBERS = (
+    "start",
+    "parameters",
+    "precomputed",
+    "derivative",
+    "results",
+    "end",
+    "frames",
+    "widths",
+    "lowest",
+)
 # Of lanes: vectors.
 _LANES = (
     "y", "y_new", "y_stage", "k", "p", "projected", "energies", "residuals", "dense", "numbers", "carry", "slope",
@@ -23,7 +34,7 @@ _LANES = (
 _OTHERS = (
     "quaternions", "frame_times", "member_of_lane", "frame_of_lane", "step_log", "event_log", "directions", "places",
     "actions", "resets",
-    "intervals", "first_interval", "interval_of_lane", "driven",
+    "intervals", "first_interval", "interval_of_lane", "driven", "first_frame",
 )  # fmt: skip
 NAMES = (*_KERNELS, *_SIZES, *_NUMBERS, *_MEMBERS, *_LANES, *_OTHERS)
 AT = {name: index for index, name in enumerate(NAMES)}
@@ -38,6 +49,10 @@ COLUMNS = (
     # Of events: whether sides are known, the last one's number from 1 on, the one of a step, whether that is for a run
     # of its own; resets so far, the time of the last one, and between the first two; the longest step.
     "armed", "fired", "next_event", "leaves", "resets", "last_reset", "first_flight", "longest",
+    # Whether the member has begun before it took its lane.
+    "begun",
+    # How far gaps of stops were below zero, in parts of what tolerances allow.
+    "sunk",
 )  # fmt: skip
 COLUMN = {name: index for index, name in enumerate(COLUMNS)}
 

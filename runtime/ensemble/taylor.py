@@ -66,7 +66,7 @@ def _ratio(lanes: Lanes, series: Rows) -> Value:
 def begin(lanes: Lanes) -> Value:
     """Write what computes the series at the start; returns a length for the sizes of rates during the first step."""
     code, s = lanes.code, lanes.k
-    _compute(lanes, code.as_kind(lanes.t_start, "lanes"), lanes.y, s)
+    _compute(lanes, lanes.own("t"), lanes.y, s)
     lanes.set_own("pivot", code.smaller(lanes.own("pivot"), _ratio(lanes, s)))
     lanes.set_own("before", float("inf"))
     longest = code.variable(float("inf"))

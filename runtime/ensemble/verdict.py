@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from symgen.runtime.ensemble.plan import Plan
 
 VERDICTS = ("status", "energy_error", "constraint_residual", "steps", "ok", "singly")
+_NEARLY_SUNK = 0.5  # of what gaps may be below zero, roughly: the whole report tells
 NO_START, RUN_FAILED, WORKER_LOST = -20, -21, -22
 CAUSES = {
     at.STEP_TOO_SMALL: "the step became too small",
@@ -91,6 +92,8 @@ def verdicts_of(plan: Plan, columns: np.ndarray) -> Verdicts:
         ok = (status == at.REACHED_STOP) & (error <= limit)
         if plan.system.m:
             ok &= residual <= plan.residual_limit
+        if plan.system.switches:
+            ok &= column("sunk") <= _NEARLY_SUNK
     steps = column("steps").astype(np.int32)
     return Verdicts(status, error, residual, steps, ok, np.zeros(len(status), dtype=bool))
 

@@ -15,6 +15,7 @@ from symgen.runtime.ensemble.batch import RESULTS, BatchResult, LaneBatch
 from symgen.runtime.ensemble.evaluate import evaluate_members
 from symgen.runtime.ensemble.single import UNSUITED, give_up, run_single, runs_alone
 from symgen.runtime.ensemble.starts import without_inertia
+from symgen.runtime.ensemble.switched import SwitchedBatch, make_batch
 from symgen.runtime.ensemble.verdict import NO_START, RUN_FAILED, Verdicts, verdicts_of
 from symgen.runtime.errors import RuntimeModelError, UnknownNameError, nearest
 from symgen.runtime.integrate import layout as at
@@ -39,7 +40,7 @@ _FUNCTIONS = {"outputs": "outputs", "accelerations": "rhs", "multipliers": "rhs"
 _LOOKED_AT_AGAIN = 8
 _JUDGED = ("energy", "finite", "constraint position", "stops")
 _own = threading.local()
-_running: weakref.WeakSet[LaneBatch | DeviceBatch] = weakref.WeakSet()
+_running: weakref.WeakSet[LaneBatch | SwitchedBatch | DeviceBatch] = weakref.WeakSet()
 
 
 @record(eq=False)
@@ -136,9 +137,11 @@ def _run_in_lanes(plan: Plan, first: int, parameters: np.ndarray, starts: np.nda
 def _look_again(plan: Plan, first: int, verdicts: Verdicts) -> None:
     """Judge members again whose work may be what is off, not their motion: steps are not chosen for the work.
 
+    So it is with gaps of stops that have come near to what is allowed below zero.
+
     Single runs integrate it along their frames then. Where that acquits the first ones of a part, it does all of them.
     """
-    if not plan.system.nw:
+    if not (plan.system.nw or plan.system.switches):
         return
     doubtful = np.flatnonzero((verdicts.status == at.REACHED_STOP) & ~verdicts.ok)
     acquitted = 0
@@ -156,11 +159,11 @@ def _objects(solution: Solution) -> bool:
     return any(entry.check in _JUDGED for entry in health.objections_to(solution))
 
 
-def _batch(plan: Plan) -> LaneBatch | DeviceBatch:
+def _batch(plan: Plan) -> LaneBatch | SwitchedBatch | DeviceBatch:
     """The thread's own lanes, or its own stream of a device."""
     if getattr(_own, "plan", None) is not plan:
         on_device = plan.options.device != "cpu"
-        make = device.make_batch if on_device else LaneBatch
+        make = device.make_batch if on_device else make_batch
         _own.plan, _own.batch = plan, make(plan.system, plan.settings)
         _running.add(_own.batch)
     return _own.batch
@@ -273,6 +276,11 @@ def check_names(system: System, names: Sequence[str]) -> None:
             raise RuntimeModelError(
                 f"outputs of model {system.name!r} need reactions, which stops and friction switch: an ensemble keeps "
                 "coordinates and rates"
+            )
+        if place in ("accelerations", "multipliers") and system.switches:
+            raise RuntimeModelError(
+                f"{name} of model {system.name!r} depends on what stops and friction hold at each instant: an ensemble "
+                f"keeps coordinates, rates and energy; member(k)[{name!r}] has it"
             )
         if name != ENERGY and place in ("", "contact_forces", "input_values"):
             raise UnknownNameError(

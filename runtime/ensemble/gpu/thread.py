@@ -171,7 +171,7 @@ def function_member(
     # No steps are logged; models with events are left to lanes.
     known |= {
         "n_members": code.integer(1),
-        **dict.fromkeys(("log_size", "n_events", "event_log_size"), code.integer(0)),
+        **dict.fromkeys(("log_size", "n_events", "event_log_size", "n_switches"), code.integer(0)),
     }
     if not with_frames:
         known["n_frames"] = code.integer(0)
