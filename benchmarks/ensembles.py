@@ -2,6 +2,7 @@
 
     python benchmarks/ensembles.py [double_pendulum] [slider_crank] … [--json FILE]
     python benchmarks/ensembles.py --dynamics seven_dof_arm
+    python benchmarks/ensembles.py --scaling double_pendulum [--seconds 8]
 
 Members differ in one number each: a start, a rate or a parameter. Errors are those of the ends against the same
 members at a hundredth of the smallest tolerance, medians over the members. `run.many` is the loop in machine code of a
@@ -16,6 +17,7 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import json
+import logging
 import sys
 import time
 from collections.abc import Callable, Mapping
@@ -221,6 +223,48 @@ def measure_dynamics(name: str) -> float:
     return n / min(least_time(calls))
 
 
+def measure_scaling(name: str, seconds: float) -> None:
+    """Print how much faster two threads are than one, and four processes by Dask, by the clock.
+
+    Parameters
+    ----------
+    name : str
+    seconds : float
+        What one thread is to take beside two; beside Dask, whose parts are of a second each, three times as long.
+    """
+    from distributed import Client, LocalCluster
+
+    scene, system = SCENES[name], loaded(name)
+    asked = {"seed": 1, "rtol": 1e-8, "keep": None, "reduce": {scene.name: ["mean", "std"]}}
+    asked[scene.place] = {scene.name: uniform(*scene.bounds)}
+
+    def run(n: int, **how: object) -> tuple[float, float]:
+        began, worked = time.perf_counter(), time.process_time()
+        e = system.ensemble(scene.t_end, n=n, **asked, **how)
+        if e.n_failed:
+            raise SystemExit(f"{name}: {e.n_failed} members of {n} failed")
+        return time.perf_counter() - began, time.process_time() - worked
+
+    def compare(label: str, n: int, turns: int, **how: object) -> None:
+        least, other, quiet = np.inf, np.inf, 0.0
+        for _ in range(turns):
+            clock, worked = run(n, threads=1)
+            least, quiet = min(least, clock), max(quiet, worked / clock)
+            other = min(other, run(n, **how)[0])
+        print(f"  {n} members, {label}: {least / other:.2f} times as fast as one thread", end=" ")
+        print(f"({other:.2f} s and {least:.2f} s; the quietest run had {quiet:.2f} of a core)")
+
+    first = 1 << 14
+    run(first, threads=1)  # compiles
+    n = first * max(1, round(seconds / run(first, threads=1)[0]))
+    print(f"{name}, {scene.t_end:g} s, rtol 1e-8")
+    compare("two threads", n, TURNS, threads=2)
+    local = {"threads_per_worker": 1, "dashboard_address": None, "silence_logs": logging.CRITICAL}
+    with LocalCluster(n_workers=4, **local) as cluster, Client(cluster) as client:
+        run(first, executor=client)  # sends the model out
+        compare("four processes by Dask", 3 * n, TURNS - 1, executor=client)
+
+
 def main() -> None:
     """Print a table for each scene: microseconds of a member at the errors of `SCENES`."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -229,11 +273,18 @@ def main() -> None:
     )
     parser.add_argument("--json", type=Path)
     parser.add_argument("--dynamics", metavar="MODEL", help="forward dynamics of a model alone")
+    parser.add_argument("--scaling", metavar="SCENE", help="two threads and four processes, by the clock")
+    parser.add_argument(
+        "--seconds", type=float, default=8.0, help="of one thread, for --scaling (default: 8)"
+    )
     given = parser.parse_args()
+    if given.scaling in SCENES:
+        measure_scaling(given.scaling, given.seconds)
+        return
     if given.dynamics:
         print(f"{given.dynamics}: forward dynamics of {measure_dynamics(given.dynamics):.3g} states a second")
         return
-    unknown = [name for name in given.scenes if name not in SCENES]
+    unknown = [name for name in (*given.scenes, *filter(None, [given.scaling])) if name not in SCENES]
     if unknown:
         parser.error(f"there is no scene {unknown[0]!r}; there are {', '.join(SCENES)}")
     results = {}

@@ -14,9 +14,10 @@ from symgen import Model
 from symgen.runtime import load
 from symgen.runtime.code import compiler, engine
 from symgen.runtime.constraints.assembly import assemble
+from symgen.runtime.ensemble.arrays import aligned
 from symgen.runtime.errors import RuntimeModelError
-from symgen.runtime.taylor.code import DECLARATIONS, sincos_function
-from symgen.runtime.taylor.kernel import sum_kernel
+from symgen.runtime.taylor.code import DECLARATIONS, Registers, sincos_function
+from symgen.runtime.taylor.kernel import MAX_ORDER, sum_kernel
 from symgen.runtime.taylor.loops import rolled_kernel, unrolled_kernel
 from symgen.runtime.taylor.motion import read_motion
 from symgen.runtime.taylor.plan import Plan
@@ -25,6 +26,13 @@ ROOT = Path(__file__).resolve().parents[1]
 OSCILLATOR = (ROOT / "tests" / "fixtures" / "oscillator.py").read_text(encoding="utf-8")
 EMITTERS = {"unrolled": unrolled_kernel, "rolled": rolled_kernel}
 ORDER, N_ROWS = 16, 30
+# Vectors are no arguments that Python passes.
+AT_ZERO = """
+define void @at_zero(double %t, ptr %y, ptr %p, ptr %out) {
+call void @lanes(<8 x double> zeroinitializer, ptr %y, ptr %p, ptr %out)
+ret void
+}
+"""
 FORCE = "p[3] * sin(p[4] * t) + p[8] - p[1] * y[1] - p[2] * y[0]"
 RATE = "(w0 - p[2] * y[0]) / p[0]"
 
@@ -80,6 +88,13 @@ def coefficients(system, t, y, emitter, order=ORDER):
 def start(system):
     consistent = assemble(system, system.parameter_values(), None, None, 0.0)
     return np.concatenate([consistent.q, consistent.v, np.zeros(system.nw)])
+
+
+def as_lanes(rows):
+    """An array of members side by side, where vectors are loaded from."""
+    placed = aligned(rows.size)
+    placed[:] = rows.ravel()
+    return placed
 
 
 @pytest.mark.parametrize("emitter", EMITTERS)
@@ -282,3 +297,24 @@ def test_round_off_is_not_taken_for_one():
         for method in ("taylor", "dop853")
     ]
     assert ends[0] == pytest.approx(ends[1], abs=1e-9)
+
+
+@pytest.mark.parametrize("length", [2, 4])
+@pytest.mark.parametrize("name", ["double_pendulum", "outer_solar_system"])
+def test_registers_do_not_change_members(name, length):
+    """What registers hold decides how fast members are, not what they come to."""
+    system, lanes = load((ROOT / "generated" / f"{name}.py").read_text(encoding="utf-8")), 8
+    random = np.random.default_rng(1)
+    y = start(system)[:, None] + random.uniform(-1e-3, 1e-3, (system.ny, lanes))
+    p = np.repeat(system.parameter_values()[:, None], lanes, axis=1)
+    found = []
+    for registers in (None, Registers(length, 16)):
+        ir, _ = rolled_kernel(
+            Plan(read_motion(system)), "lanes", system.ny, MAX_ORDER, N_ROWS, lanes, registers
+        )
+        found.append(aligned((N_ROWS * system.ny + 1) * lanes))
+        found[-1][0] = ORDER
+        kernel(ir + AT_ZERO, "at_zero")(0.0, as_lanes(y), as_lanes(p), found[-1])
+    np.testing.assert_array_equal(*found)
+    rows = found[0][: (ORDER + 1) * system.ny * lanes].reshape(-1, lanes)
+    assert np.ptp(rows[-system.ny :], axis=1).max() > 0.0

@@ -5,6 +5,8 @@ A value is the text of a constant or of an SSA name, or None: zero, of which not
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from symgen.runtime.code.llvm_text import (
     VECTOR_INTRINSICS,
     constant,
@@ -36,12 +38,39 @@ class Piece:
         self.operations = 0
 
 
-class Code:
-    """The functions of one kernel while they are written."""
+@dataclass(frozen=True)
+class Registers:
+    """How many numbers a register of the processor holds, and how many of these registers there are."""
 
-    def __init__(self, symbol: str, lanes: int = 0) -> None:
-        self.symbol, self.lanes = symbol, lanes
-        self.number = lanes_type(lanes)
+    length: int
+    number: int
+
+
+class Code:
+    """The functions of one kernel while they are written.
+
+    Parameters
+    ----------
+    symbol : str
+    lanes : int
+        Members of an ensemble that stand side by side in the arrays; 0: there is one, of plain numbers.
+    registers : Registers, optional
+        Members that do not fit into one are computed one part after another: their values would leave registers all
+        the time, and their series the first-level cache.
+
+    Attributes
+    ----------
+    lanes : int
+        Members that are computed at once.
+    registers : int
+        How many of them there are.
+    """
+
+    def __init__(self, symbol: str, lanes: int = 0, registers: Registers | None = None) -> None:
+        registers = registers or Registers(max(lanes, 1), 32)
+        self.symbol, self.lanes, self.registers = symbol, min(lanes, registers.length), registers.number
+        self.number = lanes_type(self.lanes)
+        self._rows = lanes  # members side by side in `y`, `p` and `out`
         # Which products and sums LLVM makes one of may differ between vectors and numbers; members must not.
         self._loose = "" if lanes else "contract "
         self._helpers: dict[str, str] = {}  # functions for lanes, by name
@@ -51,7 +80,8 @@ class Code:
         self.n_slots = 0
         self._n_names = 0
         self._home: dict[str, Piece] = {}
-        self._slots: dict[str, int] = {}
+        self._slots: dict[str, int | str] = {}
+        self._indexes: dict[tuple[str, str], str] = {}
         self._loaded: dict[str, str] = {}
         self._called: set[str] = set()
         self._kinds: dict[str, tuple[str, int]] = {}  # of vectors: type, width
@@ -104,9 +134,8 @@ class Code:
             )
             home.lines.append(f"store {kind} {value}, ptr {address}, align {8 * width}")
         self.piece.local.add(value)
-        self.line(
-            f"{value}.at = getelementptr inbounds {self.number}, ptr %scratch, i64 {self._slots[value]}"
-        )
+        place = self.index(self._slots[value])
+        self.line(f"{value}.at = getelementptr inbounds {self.number}, ptr %scratch, i64 {place}")
         self.line(f"{value} = load {kind}, ptr {value}.at, align {8 * width}")
         self.piece.operations += 1
         return value
@@ -204,8 +233,11 @@ class Code:
     def load(self, array: str, index: int | str) -> str:
         """Load from an argument's array at a fixed place, or at an i64 value."""
         address = self.name()
-        self.line(f"{address} = getelementptr inbounds {self.number}, ptr %{array}, i64 {index}")
+        self.line(f"{address} = getelementptr inbounds {self._row_of(array)}, ptr %{array}, i64 {index}")
         return self.value(f"load {self.number}, ptr {address}, align {self.align}")
+
+    def _row_of(self, array: str) -> str:
+        return self.number if array == "scratch" else lanes_type(self._rows)
 
     def in_all_lanes(self, table: str, index: int | str) -> str:
         """Load a number of a constant table, for all lanes."""
@@ -216,10 +248,27 @@ class Code:
         zeros = f"<{self.lanes} x i32> zeroinitializer"
         return self.value(f"shufflevector {self.number} {first}, {self.number} poison, {zeros}")
 
+    def index(self, place: int | str) -> int | str:
+        """A place, or the value of one that is given as "factor * k + offset"."""
+        if isinstance(place, int):
+            return place
+        key = (self.piece.name, place)
+        if key not in self._indexes:
+            factor, offset = place.split(" * k + ")
+            scaled = self.integer(f"mul i64 %k, {factor}")
+            self._indexes[key] = self.integer(f"add i64 {scaled}, {offset}")
+        return self._indexes[key]
+
+    def keep(self, place: int | str, value: Value) -> None:
+        """Store to the scratch array what stays there: later pieces load it from this place."""
+        self.store("scratch", self.index(place), value)
+        if self.lanes and value is not None and value[0] == "%":
+            self._slots.setdefault(value, place)
+
     def store(self, array: str, index: int | str, value: Value) -> None:
         address = self.name()
         known = self.use(constant(0.0) if value is None else value)
-        self.line(f"{address} = getelementptr inbounds {self.number}, ptr %{array}, i64 {index}")
+        self.line(f"{address} = getelementptr inbounds {self._row_of(array)}, ptr %{array}, i64 {index}")
         self.line(f"store {self.number} {known}, ptr {address}, align {self.align}")
         self.piece.operations += 1
         if self.lanes and array == "scratch" and type(index) is int:
@@ -279,9 +328,34 @@ class Code:
             text.append(f"{head} {{\nentry:\n{body}\nbr label %done\ndone:\nret void\n}}\n")
         arguments = f"{self.number} %t, ptr noalias %y, ptr noalias %p, ptr noalias %out"
         scratch = f"%scratch = alloca {self.number}, i64 {max(self.n_slots, 1)}, align {max(64, self.align)}"
-        text.append(f"define void @{self.symbol}({arguments}) nounwind {{\nentry:\n{scratch}\n{main}\n}}\n")
+        text.append(self._whole(f"({arguments}) nounwind", f"{scratch}\n{main}"))
         whole = "".join(text)
         return inlined_where_few(whole) if self.lanes else whole
+
+    def _whole(self, head: str, body: str) -> str:
+        """The kernel; where a register does not hold all members, a function of as many as it does, and its calls."""
+        if self._rows == self.lanes:
+            return f"define void @{self.symbol}{head} {{\nentry:\n{body}\n}}\n"
+        part, all_lanes = f"{self.symbol}.part", lanes_type(self._rows)
+        lines = [
+            f"define internal void @{part}{head.replace('nounwind', 'noinline nounwind')} {{\nentry:\n{body}\n}}"
+        ]
+        lines += [
+            f"define void @{self.symbol}({all_lanes} %t, ptr noalias %y, ptr noalias %p, ptr noalias %out) nounwind {{",
+            "%order = load double, ptr %out, align 8",
+        ]
+        for first in range(0, self._rows, self.lanes):
+            places = ", ".join(f"i32 {lane}" for lane in range(first, first + self.lanes))
+            lines += [
+                f"%t.{first} = shufflevector {all_lanes} %t, {all_lanes} poison, <{self.lanes} x i32> <{places}>",
+                *(
+                    f"%{array}.{first} = getelementptr inbounds double, ptr %{array}, i64 {first}"
+                    for array in ("y", "p", "out")
+                ),
+                f"store double %order, ptr %out.{first}, align 8",
+                f"call void @{part}({self.number} %t.{first}, ptr %y.{first}, ptr %p.{first}, ptr %out.{first})",
+            ]
+        return "\n".join([*lines, "ret void", "}", ""])
 
 
 def fused(code: Code, width: int, a: str, b: str, c: str) -> str:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.code import cache, engine
+from symgen.runtime.code.host import target
 from symgen.runtime.errors import Refusal
 from symgen.runtime.lazy import Late
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from symgen.runtime.system import System
 
 # What finds, plans and writes series is not imported where their code is in the cache.
+coding = Late("symgen.runtime.taylor.code")
 loops = Late("symgen.runtime.taylor.loops")
 motion = Late("symgen.runtime.taylor.motion")
 planning = Late("symgen.runtime.taylor.plan")
@@ -139,6 +141,7 @@ MAX_ORDER = 28
 N_ROWS = MAX_ORDER + 2  # a row of zeros behind the last order
 _UNROLLED_BELOW = 5  # products of series
 _KEPT_REFUSALS = 1000
+_WIDE = "+avx512f"  # among the processor's features
 _TEXTS = (
     "rhs", "residual", "mass_matrix", "constraint_jacobian", "constraint_residual", "solve", "poses", "switches",
     "closed_constraint_jacobian",
@@ -229,9 +232,14 @@ def _lower(system: System, symbol: str, lanes: int) -> tuple[str, int]:
             system._kernel_source(name).lower("checked")
     plan = planning.Plan(motion.read_motion(system))
     if lanes:
-        return loops.rolled_kernel(plan, symbol, system.ny, MAX_ORDER, N_ROWS, lanes)
+        return loops.rolled_kernel(plan, symbol, system.ny, MAX_ORDER, N_ROWS, lanes, _registers())
     few = len(plan.convolutions) < _UNROLLED_BELOW
     return (loops.unrolled_kernel if few else loops.rolled_kernel)(plan, symbol, system.ny, MAX_ORDER, N_ROWS)
+
+
+def _registers() -> coding.Registers:
+    """The vector registers of this processor: of eight numbers with AVX-512, else four, or as good as that in pairs."""
+    return coding.Registers(8, 32) if _WIDE in target()[-1] else coding.Registers(4, 16)
 
 
 @functools.lru_cache(maxsize=1)

@@ -15,6 +15,7 @@ from symgen.runtime.taylor.code import (
     PASSED,
     Code,
     Piece,
+    Registers,
     Value,
     fused,
     load_row,
@@ -164,8 +165,9 @@ def sum_function(code: Code, lanes: list[Lanes], ends: int, name: str, before: S
     for lead in range(LONGEST_LEAD + 1):
         for symmetric in (False, True):
             group = [item for item in lanes if item.lead == lead and (item.kind == "square") == symmetric]
-            for first in range(0, len(group), _ACCUMULATORS):
-                part = group[first : first + _ACCUMULATORS]
+            most = min(_ACCUMULATORS, code.registers // 2)
+            for first in range(0, len(group), most):
+                part = group[first : first + most]
                 loop = _SumLoop(code, part, lead, ends, f"{lead}.{int(symmetric)}.{first}")
                 lines += loop.text(label)
                 label = loop.after
@@ -180,6 +182,8 @@ class _SumLoop:
         self.symmetric = group[0].kind == "square"
         self.after = f"after{tag}"
         self._loaded: dict[tuple[int, str], str] = {}
+        kinds = dict.fromkeys((item.width, item.exponents) for item in group if item.kind == "power")
+        self._weights = {kind: f"{tag}.e{i}" for i, kind in enumerate(kinds)}
 
     def text(self, before: str) -> list[str]:
         tag, ends = self.tag, self.ends
@@ -197,14 +201,19 @@ class _SumLoop:
             kind, t = self.code.vector_type(item.width), f"{tag}.{i}"
             zero = "zeroinitializer" if item.width > 1 or self.code.lanes else constant(0.0)
             lines.append(f"%sum{t} = phi {kind} [{zero}, %{before}], [%more{t}, %body{tag}]")
-            if item.kind == "power":
-                lines.append(f"%w{t} = phi {kind} [%first{t}, %{before}], [%wnext{t}, %body{tag}]")
+        lines += [
+            f"%w{t} = phi {self.code.vector_type(width)} [%first{t}, %{before}], [%wnext{t}, %body{tag}]"
+            for (width, _), t in self._weights.items()
+        ]
         lines += [
             f"%over{tag} = icmp sgt i64 %j{tag}, %top{tag}",
             f"br i1 %over{tag}, label %{self.after}, label %body{tag}",
             f"body{tag}:",
             f"%m{tag} = sub i64 %n{tag}, %j{tag}",
         ]
+        for (width, exponents), t in self._weights.items():
+            step = values_text(self.code, width, [e + 1.0 for e in exponents])
+            lines.append(f"%wnext{t} = fadd {self.code.vector_type(width)} %w{t}, {step}")
         for i, item in enumerate(self.group):
             lines += self._term(item, f"{tag}.{i}")
         lines += [f"%next{tag} = add i64 %j{tag}, 1", f"br label %head{tag}", f"{self.after}:"]
@@ -222,13 +231,11 @@ class _SumLoop:
 
     def _first_weights(self) -> list[str]:
         lines = [f"%order{self.tag} = sitofp i64 %n{self.tag} to double"]
-        for i, item in enumerate(self.group):
-            if item.kind == "power":
-                t = f"{self.tag}.{i}"
-                first = values_text(self.code, item.width, [self.ends * (e + 1.0) for e in item.exponents])
-                lines += splat(self.code, item.width, f"%order{self.tag}", f"%from{t}")
-                lines.append(f"%first{t} = fsub {self.code.vector_type(item.width)} {first}, %from{t}")
-        return lines if len(lines) > 1 else []
+        for (width, exponents), t in self._weights.items():
+            first = values_text(self.code, width, [self.ends * (e + 1.0) for e in exponents])
+            lines += splat(self.code, width, f"%order{self.tag}", f"%from{t}")
+            lines.append(f"%first{t} = fsub {self.code.vector_type(width)} {first}, %from{t}")
+        return lines if self._weights else []
 
     def _load(self, item: Lanes, start: int, index: str, lines: list[str]) -> str:
         """A vector of coefficients at one of the loop's indexes."""
@@ -241,8 +248,8 @@ class _SumLoop:
         kind, lines = self.code.vector_type(item.width), []
         x, y = self._load(item, item.x, "j", lines), self._load(item, item.y, "m", lines)
         if item.kind == "power":
-            step = values_text(self.code, item.width, [e + 1.0 for e in item.exponents])
-            lines += [f"%weighted{t} = fmul {kind} %w{t}, {x}", f"%wnext{t} = fadd {kind} %w{t}, {step}"]
+            weight = self._weights[item.width, item.exponents]
+            lines.append(f"%weighted{t} = fmul {kind} %w{weight}, {x}")
             x = f"%weighted{t}"
         lines.append(f"%more{t} = {fused(self.code, item.width, x, y, f'%sum{t}')}")
         return lines
@@ -384,40 +391,39 @@ class _Rolled(Steps):
         self.history = {node: code.reserve(self._length) for node in sorted(plan.kept)}
         fewest, known = (1, self.history) if code.lanes else (_FEWEST_SQUARES, None)
         self.table = LaneTable(code, plan, self._length, fewest, known)
-        self._integers: dict[tuple[str, str], str] = {}
+        self._settled: set[tuple[int, int]] = set()
+
+    def settled(self, node: int) -> None:
+        """Keep a coefficient at once: registers are short where each holds that of several members."""
+        if self.code.lanes and node in self.plan.kept:
+            self._keep(node, self.k + self.plan.lead[node])
 
     def finished(self, k: int) -> None:
         """Keep the coefficients that later orders read."""
         for node in self.plan.order:
             n = k + self.plan.lead[node]
-            if n < 0 or node not in self.plan.kept:
-                continue
-            self._breathe()
-            value = self.values[node, n]
-            self.code.store("scratch", self._row(self.history[node], 1, n), value)
-            if n >= self.ends:
-                for start, width, lane in self.table.uses.get(node, ()):
-                    self.code.store("scratch", self._row(start + lane, width, n), value)
+            if n >= 0 and node in self.plan.kept and (node, n) not in self._settled:
+                self._breathe()
+                self._keep(node, n)
+
+    def _keep(self, node: int, n: int) -> None:
+        self._settled.add((node, n))
+        value = self.values[node, n]
+        self.code.keep(self._row(self.history[node], 1, n), value)
+        if n >= self.ends:
+            for start, width, lane in self.table.uses.get(node, ()):
+                self.code.keep(self._row(start + lane, width, n), value)
 
     def _row(self, start: int, width: int, n: int) -> int | str:
         """The place of row n of an array in scratch."""
         if n < _ANY // 2:
             return start + n * width
-        return self._integer(f"{width} * k + {start + (n - _ANY) * width}")
-
-    def _integer(self, formula: str) -> str:
-        """The value of "factor * k + offset"."""
-        key = (self.code.piece.name, formula)
-        if key not in self._integers:
-            factor, offset = formula.split(" * k + ")
-            scaled = self.code.integer(f"mul i64 %k, {factor}")
-            self._integers[key] = self.code.integer(f"add i64 {scaled}, {offset}")
-        return self._integers[key]
+        return f"{width} * k + {start + (n - _ANY) * width}"
 
     def at(self, node: int, n: int) -> Value:
         if n < _ANY // 2 or self.graph.is_constant(node) or (node, n) in self.values:
             return super().at(node, n)
-        value = self.code.load("scratch", self._row(self.history[node], 1, n))
+        value = self.code.load("scratch", self.code.index(self._row(self.history[node], 1, n)))
         self.values[node, n] = value
         return value
 
@@ -428,7 +434,7 @@ class _Rolled(Steps):
 
     def _reciprocal(self, n: int) -> str:
         if (-1, n) not in self.values:
-            row = self._row(self.reciprocals, 1, n)
+            row = self.code.index(self._row(self.reciprocals, 1, n))
             self.values[-1, n] = (
                 self.code.in_all_lanes(f"{self.code.symbol}.reciprocals", row)
                 if self.code.lanes
@@ -440,7 +446,7 @@ class _Rolled(Steps):
         if n < _ANY // 2:
             return super().whole(n)
         if (-2, n) not in self.values:
-            integer = self._integer(f"1 * k + {n - _ANY}")
+            integer = self.code.index(f"1 * k + {n - _ANY}")
             self.values[-2, n] = self._as_number(integer)
         return self.values[-2, n]
 
@@ -508,17 +514,19 @@ class _Rolled(Steps):
         if self.k < _ANY // 2:
             super().put(ahead, index, value)
         else:
-            self.code.store("out", self._integer(f"{self.n_y} * k + {ahead * self.n_y + index}"), value)
+            self.code.store("out", self.code.index(f"{self.n_y} * k + {ahead * self.n_y + index}"), value)
 
 
 def rolled_kernel(
-    plan: Plan, symbol: str, n_y: int, max_order: int, n_rows: int, lanes: int = 0
-) -> tuple[str, int]:
+    plan: Plan, symbol: str, n_y: int, max_order: int, n_rows: int, lanes: int = 0,
+    registers: Registers | None = None,
+) -> tuple[str, int]:  # fmt: skip
     """Return the LLVM IR of the kernel for all orders from 5 to `max_order`, and its number of operations.
 
-    With `lanes`, it is for so many members of an ensemble at once.
+    With `lanes`, it is for so many members of an ensemble, of which it computes those together that `registers` hold:
+    all of them by default.
     """
-    code = Code(symbol, lanes)
+    code = Code(symbol, lanes, registers)
     code.begin_piece()
     steps = _Rolled(code, plan, n_y, max_order, n_rows)
     reciprocals = [1.0 / max(i, 1) for i in range(max_order + LONGEST_LEAD + 1)]

@@ -11,8 +11,6 @@ from dataclasses import dataclass
 
 from symgen.runtime.taylor.code import Code, fused, load_row
 
-_GROUP = 8  # products: their sums of both orders are half the registers
-
 
 @dataclass(frozen=True)
 class Lanes:
@@ -58,7 +56,8 @@ class PairedSums:
         groups: list[list] = []
         for lead in sorted({product[4] for product in self._products}):
             own = [product for product in self._products if product[4] == lead]
-            groups += [own[k : k + _GROUP] for k in range(0, len(own), _GROUP)]
+            size = self.code.registers // 4  # the sums of both orders are half the registers
+            groups += [own[k : k + size] for k in range(0, len(own), size)]
         lines: list[str] = []
         for number, group in enumerate(groups):
             lines += self._loop(group, f"pair{number}", f"paired{number - 1}" if number else "")

@@ -369,6 +369,8 @@ class Steps(Start):
             if n >= 0:
                 self._breathe()
                 self.values[node, n] = self._provisional(node, n)
+                if k < 0 or node not in self.plan.closed_later:
+                    self.settled(node)
         if k >= 0:
             if k == 0:
                 if self.plan.motion.unknowns:
@@ -377,6 +379,9 @@ class Steps(Start):
             self._correct()
             self._write_out()
         self.finished(k)
+
+    def settled(self, node: int) -> None:
+        """What an emitter does with the newest coefficient of a series, as soon as it does not change any more."""
 
     def finished(self, k: int) -> None:
         """What an emitter does with the coefficients of a step."""
@@ -570,6 +575,7 @@ class Steps(Start):
             lead = plan.lead[node]
             before = self.at(node, self.k + lead)
             self.set(node, self.corrected(before, change[node], lead))
+            self.settled(node)
 
     def set(self, node: int, value: Value) -> None:
         """Replace the newest coefficient."""
