@@ -1,7 +1,7 @@
 """Scenes in absolute coordinates from 10 to 1000 bodies: seconds to derive and compile, time per evaluation and step.
 
     python benchmarks/scale.py [--json FILE] [--bodies 10 50 200 500 1000] [--scenes chain_absolute lattice bushings]
-        [--method radau5]
+        [--method radau5 | generalized_alpha]
 
 A chain of pinned rods, whose cost grows with its length; a net of masses and bars, whose solve grows faster, as on any
 grid in the plane; and the same grid on stiff bushings, which `radau5` integrates with sparse matrices. Nothing comes
@@ -35,11 +35,14 @@ from symgen.runtime.constraints.assembly import assemble  # noqa: E402
 
 BODIES = (10, 50, 200, 500, 1000)
 COMPILED = ("rhs", "project", "energy", "constraint_residual", "poses")  # what a run needs
-EXPLICIT, STIFF = "dop853", "radau5"
+EXPLICIT, STIFF, FIXED = "dop853", "radau5", "generalized_alpha"
 SCENES = {"chain_absolute": EXPLICIT, "lattice": EXPLICIT, "bushings": STIFF}
 RUNS = 8
-T_END = {EXPLICIT: 0.05, STIFF: 0.2}  # s
-TOLERANCES = {EXPLICIT: {}, STIFF: {"rtol": 1e-5, "atol": 1e-7}}
+T_END = {EXPLICIT: 0.05, STIFF: 0.2, FIXED: 0.05}  # s
+TOLERANCES = {
+    EXPLICIT: {}, STIFF: {"rtol": 1e-5, "atol": 1e-7},
+    FIXED: {"rtol": 1e-5, "atol": 1e-7, "step": 1e-3, "constraints": "index3"},
+}  # fmt: skip
 
 
 def derive(scene: str, bodies: int, method: str) -> tuple[str, dict]:
@@ -61,7 +64,7 @@ def run(text: str, method: str) -> dict:
     """Figures of one module: compilation, start, evaluation, steps, peak memory."""
     system = runtime.load(text)
     names = [name for name in COMPILED if system.has(name)]
-    names += ["residual_jacobian_entries"] if method == STIFF else []
+    names += ["residual_jacobian_entries"] if method != EXPLICIT else []
     began = time.process_time()
     for name in names:
         compiler.compile_ir(system._kernel_source(name).lower_standalone(name)[0])
@@ -106,7 +109,7 @@ def main() -> None:
     parser.add_argument("--json", type=Path, help="write the figures to this file as well")
     parser.add_argument("--bodies", type=int, nargs="+", default=BODIES)
     parser.add_argument("--scenes", nargs="+", default=list(SCENES), choices=list(SCENES))
-    parser.add_argument("--method", choices=[EXPLICIT, STIFF], help="another than the scene's own")
+    parser.add_argument("--method", choices=[EXPLICIT, STIFF, FIXED], help="another than the scene's own")
     parser.add_argument("--module", nargs=2, metavar=("FILE", "METHOD"), help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.module:

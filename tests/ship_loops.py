@@ -120,6 +120,7 @@ def runs() -> Iterator[tuple[str, object]]:
     large = _chain()
     for method in ("dop853", "radau5", "radau9", "bdf", "generalized_alpha", "implicit_midpoint", "gauss8"):
         yield f"chain {method}", lambda method=method: large.run(t_end=0.01, method=method)
+    yield "chain index3", lambda: large.run(t_end=0.01, constraints="index3", step=1e-3)
     for model in ("double_pendulum", "slider_crank"):
         yield f"prepared {model}", lambda model=model: load(GENERATED / f"{model}.py").prepare(0.05)()
     yield "nearly flat loop", lambda: _nearly_flat().run(t_end=0.01, method="dop853")

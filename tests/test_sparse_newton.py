@@ -8,7 +8,7 @@ from loops import bare_loop
 from scipy.sparse import csc_matrix
 from scipy.sparse import random as sparse_random
 
-from symgen import Model, dot, runtime, sqrt
+from symgen import Model, cos, dot, runtime, sin, sqrt
 from symgen.link import derive_text
 from symgen.model.library import find, load
 from symgen.runtime.checks.extreme_rates import extreme_eigenvalues
@@ -18,19 +18,29 @@ from symgen.runtime.code.function_text import FunctionText, Lengths
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.constraints.assembly import assemble
 from symgen.runtime.errors import ModuleError
-from symgen.runtime.integrate import large_models
+from symgen.runtime.integrate import large_models, sparse
 from symgen.runtime.integrate import layout as at
-from symgen.runtime.integrate.layout import RUNNING, SINGULAR_MATRIX
+from symgen.runtime.integrate.forms import FORMS
+from symgen.runtime.integrate.front_plan import front_plan
+from symgen.runtime.integrate.fronts import FrontLU, eliminate_fronts, solve_fronts
+from symgen.runtime.integrate.layout import REACHED_STOP, RUNNING, SINGULAR_MATRIX
+from symgen.runtime.integrate.left_looking import N_TABLES, SparseLU, sparse_factor, sparse_solve
 from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.integrate.newton_lu import (
+    BY_FRONTS,
+    BY_SIZE,
+    complex_newton_lu,
+    factor_newton,
+    newton_lu,
+    newton_lu_size,
+    solve_newton,
+)
 from symgen.runtime.integrate.sparse import (
-    N_TABLES,
-    SparseLU,
+    NewtonPattern,
     differentiate_sparse,
     factor_shifted,
     newton_pattern,
     solve_shifted,
-    sparse_factor,
-    sparse_solve,
 )
 from symgen.runtime.loop_arrays import LoopArrays, loop_sizes
 
@@ -191,15 +201,102 @@ class TestFactors:
         assert sparse_factor(*arrays(csc_matrix(full)), np.arange(8), lu) == SINGULAR_MATRIX
 
 
+def front_lu(plan, kind):
+    n = len(plan.order)
+    sizes = (plan.value_start[-1], plan.largest**2, plan.n_waiting)
+    return FrontLU(*(np.zeros(k, kind) for k in sizes), *(np.zeros(n, np.int64) for _ in range(2)))
+
+
+class TestFronts:
+    @pytest.mark.parametrize("kind", [float, complex])
+    @pytest.mark.parametrize("n", [1, 12, 80])
+    def test_solution_agrees_with_numpy(self, n, kind):
+        """In any order, whatever the pattern: forests, full roots, one row."""
+        rng = np.random.default_rng(n)
+        whole = sparse_random(n, n, min(1.0, 3.0 / n), random_state=n).toarray() + np.diag(
+            2.0 + rng.random(n)
+        )
+        whole = whole * np.exp(1j * rng.random((n, n))) if kind is complex else whole
+        matrix = csc_matrix(whole)
+        column = np.repeat(np.arange(n), np.diff(matrix.indptr))
+        plan = front_plan(matrix.indices, column, rng.permutation(n))
+        assert np.array_equal(np.sort(plan.order), np.arange(n))
+        lu = front_lu(plan, kind)
+        assert eliminate_fronts(plan, matrix.data.copy(), lu) == RUNNING
+        b = rng.normal(size=n).astype(kind)
+        x = b[plan.order]
+        solve_fronts(plan, lu, x)
+        assert x == pytest.approx(np.linalg.solve(whole, b)[plan.order], rel=1e-9, abs=1e-11)
+
+    def test_products_are_those_of_an_elimination(self):
+        """Of an arrow, each column leaves one product; columns that join fronts a few more."""
+        n = 40
+        whole = np.eye(n)
+        whole[-1], whole[:, -1] = 1.0, 1.0
+        i, j = np.nonzero(whole)
+        assert n - 1 <= front_plan(i, j, np.arange(n)).products < n + 100
+        assert front_plan(i, j, np.arange(n)[::-1]).products > n**3 / 4
+
+    def test_a_front_without_a_pivot_is_singular(self):
+        plan = front_plan(np.array([0, 1]), np.array([0, 1]), np.arange(2))
+        assert eliminate_fronts(plan, np.array([1.0, 0.0]), front_lu(plan, float)) == SINGULAR_MATRIX
+
+
 @jitted
-def factor_for_complex(pattern, real, imag, sizes, y, entries, values, lu):
-    return factor_shifted(pattern, complex(real, imag), sizes, y, entries, values, lu)
+def factor_and_solve(pattern, nv, values, b, work):
+    lu = newton_lu(pattern, nv, work)
+    for i in range(b.shape[0]):
+        lu.pivoted.scale[i] = 1.0
+    status = factor_newton(pattern, nv, values, lu)
+    if status == RUNNING:
+        solve_newton(pattern, lu, b)
+    return lu.kind[0] if status == RUNNING else -1
+
+
+@pytest.mark.parametrize("first, kind", [(1.0, BY_FRONTS), (0.0, BY_SIZE), (1e-14, BY_SIZE)])
+def test_where_fronts_have_no_good_pivot_rows_become_pivots_by_size(first, kind):
+    n = 30
+    whole = np.diag(np.full(n, 4.0))
+    whole[-1], whole[:, -1] = 1.0, 1.0
+    whole[-1, -1] = 4.0 * n
+    matrix = csc_matrix(whole)
+    whole[0, 0] = matrix.data[0] = first  # stands there even where it is zero
+    column = np.repeat(np.arange(n), np.diff(matrix.indptr))
+    nothing, order = np.zeros(0, np.int64), np.arange(n)
+    plan = front_plan(matrix.indices, column, order)
+    start, rows, values = arrays(matrix)
+    pattern = NewtonPattern(
+        nothing, nothing, nothing, nothing, nothing.reshape(0, 6), start, rows, order, n, n * n + n, plan,
+        nothing.reshape(0, 4),
+    )  # fmt: skip
+    b = np.random.default_rng(5).normal(size=n)
+    x = b.copy()
+    assert factor_and_solve(pattern, n, values, x, np.zeros(newton_lu_size(pattern, n, 1))) == kind
+    assert x == pytest.approx(np.linalg.solve(whole, b), rel=1e-11)
+
+
+@jitted
+def real_change(pattern, g, imag, sizes, y, entries, values, r, right, turned, work):
+    lu = newton_lu(pattern, sizes[at.NV], work)
+    status = factor_shifted(pattern, g, sizes, y, entries, values, lu)
+    solve_shifted(pattern, entries, turned, r, right, lu)
+    return 10 * status + lu.kind[0]
+
+
+@jitted
+def complex_change(pattern, g, imag, sizes, y, entries, values, r, right, turned, work):
+    lu = complex_newton_lu(pattern, sizes[at.NV], work)
+    status = factor_shifted(pattern, complex(g, imag), sizes, y, entries, values, lu)
+    solve_shifted(pattern, entries, turned, r, right, lu)
+    return 10 * status + lu.kind[0]
 
 
 @pytest.mark.parametrize("g", [1e3, 1e3 * (2 - 3j)], ids=["real", "complex"])
-@pytest.mark.parametrize("model", ["net", "chain"])
-def test_newton_systems_are_those_of_full_matrices(model, g, request):
+@pytest.mark.parametrize("kind_of_factors", [BY_FRONTS, BY_SIZE])
+@pytest.mark.parametrize("model, within", [("net", 1e-11), ("chain", 1e-11), ("lattice", 1e-8)])
+def test_newton_systems_are_those_of_full_matrices(model, within, kind_of_factors, g, request, monkeypatch):
     """(g - B - A/g) Δv = r, with [A B] by inverting the derivatives of the whole residual."""
+    monkeypatch.setattr(sparse, "FEWEST_PRODUCTS", 0 if kind_of_factors == BY_FRONTS else 10**9)
     system = runtime.load(request.getfixturevalue(model))
     n, nq, nv = system.nv + system.m, system.nq, system.nv
     y, row = moving_state(system)
@@ -218,17 +315,16 @@ def test_newton_systems_are_those_of_full_matrices(model, g, request):
     whole = system.kernel("residual_jacobian")(0.0, arguments, p).reshape(n, -1)
     by_state = -np.linalg.solve(whole[:, nq + nv :], whole[:, : nq + nv])[:nv]
     kind = type(g)
-    lu = factors(n, pattern.room, kind)
-    rest = (sizes, y, entries, np.zeros(len(pattern.rows), kind), lu)
-    if kind is complex:
-        assert factor_for_complex(pattern, g.real, g.imag, *rest) == RUNNING
-    else:
-        assert factor_shifted(pattern, g, *rest) == RUNNING
     r = np.random.default_rng(3).normal(size=nv).astype(kind)
     found = r.copy()
-    solve_shifted(pattern, entries, np.zeros(nv, kind), found, np.zeros(n, kind), lu)
+    change, width = (complex_change, 2) if kind is complex else (real_change, 1)
+    status = change(
+        pattern, g.real, g.imag, sizes, y, entries, np.zeros(len(pattern.rows), kind), found, np.zeros(n, kind),
+        np.zeros(nv, kind), np.zeros(newton_lu_size(pattern, nv, width)),
+    )  # fmt: skip
+    assert status == 10 * RUNNING + kind_of_factors
     expected = np.linalg.solve(g * np.eye(nv) - by_state[:, nq:] - by_state[:, :nq] / g, r)
-    assert np.abs(found - expected).max() < 1e-11 * np.abs(expected).max()
+    assert np.abs(found - expected).max() < within * np.abs(expected).max()
 
 
 def steps_of(text, n_steps, smallest, monkeypatch):
@@ -252,8 +348,10 @@ def steps_of(text, n_steps, smallest, monkeypatch):
     return run.y, run.new_steps[:, 1], run.frames[0], type(run.coefficients).__name__
 
 
+@pytest.mark.parametrize("fewest_products", [0, 10**9], ids=["fronts", "by size"])
 @pytest.mark.parametrize("model", ["net", "chain", "rods"])
-def test_steps_are_those_of_full_matrices(model, request, monkeypatch):
+def test_steps_are_those_of_full_matrices(model, fewest_products, request, monkeypatch):
+    monkeypatch.setattr(sparse, "FEWEST_PRODUCTS", fewest_products)
     text = request.getfixturevalue(model)
     y, h, frame, kind = steps_of(text, 6, 1, monkeypatch)
     expected = steps_of(text, 6, 10**9, monkeypatch)
@@ -313,6 +411,15 @@ class TestNets:
         own = (pattern.rows >= nv) & (column < nv)
         assert own.any() and (place[pattern.rows[own]] > place[column[own]]).all()
 
+    def test_a_diagonal_spares_a_net_most_of_its_products(self, lattice, chain):
+        """Where multipliers stand anyway, as in a chain, they get none."""
+        assert len(newton_pattern(runtime.load(chain)).pairs) == 0
+        system = runtime.load(lattice)
+        pattern = newton_pattern(system)
+        column = np.repeat(np.arange(len(pattern.order)), np.diff(pattern.start))
+        assert len(pattern.pairs) > system.m
+        assert pattern.plan.products < 0.5 * front_plan(pattern.rows, column, pattern.order).products
+
     def test_a_net_of_bars_runs_as_an_explicit_method_says(self, lattice):
         """It found no room for its factors, at the first step and at however short ones."""
         stiff = runtime.load(lattice).run(t_end=0.1, method="radau5", rtol=1e-6, atol=1e-8, fps=10.0)
@@ -320,3 +427,40 @@ class TestNets:
         assert stiff.status == explicit.status == "success"
         assert np.abs(stiff.q[-1] - explicit.q[-1]).max() < 1e-7
         assert np.abs(stiff.v[-1] - explicit.v[-1]).max() < 1e-6
+
+
+def steps_of_alpha(system, sparse, monkeypatch):
+    """The state after 20 steps of index 3, by full or sparse matrices."""
+    monkeypatch.setattr(large_models, "SMALLEST_SPARSE", 1 if sparse else 10**9)
+    monkeypatch.setattr(large_models, "MOST_FULL", 1.0)
+    start = assemble(system, system.parameter_values(), {}, {}, 0.0)
+    method = large_models.suited_to_size(FORMS["index3"]["generalized_alpha"], system)
+    run = LoopArrays(
+        system, method, system.parameter_values(), 0.0, np.concatenate([start.q, start.v]),
+        frame_times=np.zeros(0), rtol=1e-8, atol=1e-10, step=2e-3, with_events=False,
+    )  # fmt: skip
+    assert run.advance(0.04, 100) == REACHED_STOP
+    return run.y, type(run.coefficients).__name__
+
+
+@pytest.mark.parametrize("model", ["chain", "lattice", "stick"])
+def test_steps_of_index_3_are_those_of_full_matrices(model, request, monkeypatch):
+    system = runtime.load(stick()) if model == "stick" else runtime.load(request.getfixturevalue(model))
+    y, kind = steps_of_alpha(system, True, monkeypatch)
+    expected, full = steps_of_alpha(system, False, monkeypatch)
+    assert (kind, full) == ("SparseAlpha", "ConstrainedAlpha")
+    assert np.abs(expected[system.nq :]).max() > 0.1
+    assert np.abs(y - expected).max() < 1e-9 * np.abs(expected).max()
+
+
+def stick():
+    """A skate on an incline, whose speed across is zero, with a mass that a bar holds on to it."""
+    model = Model("skate", gravity=(0, -9.81))
+    x, y, a, u, w = (model.coordinate(n, start=s, rate=r) for n, s, r in (
+        ("x", 0.0, 0.0), ("y", 0.0, 0.0), ("a", 0.3, 2.0), ("u", 1.0, 0.0), ("w", 0.0, 0.0)
+    ))  # fmt: skip
+    model.body("skate", mass=1.0, inertia=0.2, com=(x, y), angle=a)
+    model.body("mass", mass=0.5, com=(u, w))
+    model.constraint("bar", (x - u) ** 2 + (y - w) ** 2 - 1.0)
+    model.velocity_constraint("edge", dot(y) * cos(a) - dot(x) * sin(a))
+    return derive_text(model).text

@@ -1,6 +1,7 @@
 """The generalised-α method with constraints as equations of each step, of positions, rates and accelerations."""
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -186,20 +187,44 @@ KEEP_JACOBIAN_RATE = 0.2
 ROUND_OFF = 4.0 * float(np.finfo(float).eps)
 
 
+class StepEquations(NamedTuple):
+    """What the equations of a step are solved by, with full or sparse matrices.
+
+    Attributes
+    ----------
+    factor_end : callable
+        (method, h, loop, t1, w): factor the derivative of `place_residual` by the unknowns; returns a status.
+    solve : callable
+        (method, loop, w): replace `w.right` by the solution; returns a status.
+    lean_rates : callable
+        (method, amount, loop, t, w): add `amount` times the part of NEW_AVERAGE that is across the holonomic
+        constraints, in the mass metric, to the rates; returns a status.
+    """
+
+    factor_end: Callable
+    solve: Callable
+    lean_rates: Callable
+
+
 @jitted
-def solve_end(method, h, loop, t0, t1, w):
+def solve_end(equations, method, h, loop, t0, t1, w):
     """Solve for accelerations and multipliers at `t1` from the guess; where that fails, once more from the start's."""
     if method.stabilised:
         call_kernel(loop.addresses[at.CONSTRAINT_JACOBIAN], t0, loop.y, loop.p, w.gradient)
     place_end(method, h, loop.sizes, loop.y, w)
     # Lengths of steps on the grid differ by round-off of time, which is nothing to Newton.
     if loop.counters[HAVE_FACTORS] and abs(h - w.numbers[FACTORED_FOR]) <= 1e-6 * h:
-        if iterate(method, h, loop, t1, w) == at.RUNNING:
+        if iterate(equations, method, h, loop, t1, w) == at.RUNNING:
             return at.RUNNING
         guess_start(loop.sizes, w)
         place_end(method, h, loop.sizes, loop.y, w)
-    factor_end(method, h, loop, t1, w)
-    return iterate(method, h, loop, t1, w)
+    status = equations.factor_end(method, h, loop, t1, w)
+    if status != at.RUNNING:
+        return status
+    loop.counters[HAVE_FACTORS] = 1
+    w.numbers[FACTORED_FOR] = h
+    forget_rate(w.numbers)
+    return iterate(equations, method, h, loop, t1, w)
 
 
 @jitted
@@ -227,7 +252,7 @@ def carry_on(sizes, w):
 
 
 @jitted
-def iterate(method, h, loop, t1, w):
+def iterate(equations, method, h, loop, t1, w):
     """Improve the guess by simplified Newton; returns a status."""
     nv, m = loop.sizes[at.NV], loop.sizes[at.NM]
     tolerance = loop.control[at.NEWTON_TOL] if loop.control[at.NEWTON_TOL] > 0.0 else DEFAULT_NEWTON_TOL
@@ -237,7 +262,7 @@ def iterate(method, h, loop, t1, w):
     while verdict == ITERATING:
         iteration += 1
         place_residual(method, h, loop, t1, w)
-        status = solve(loop.counters[TRUSTED], nv, w)
+        status = equations.solve(method, loop, w)
         if status != at.RUNNING:
             return status
         for i in range(nv):
@@ -309,7 +334,7 @@ def place_residual(method, h, loop, t1, w):
 
 @jitted
 def factor_end(method, h, loop, t1, w):
-    """Factor the derivative of `place_residual` by (a, λ, η)."""
+    """Factor the derivative of `place_residual` by (a, λ, η); returns RUNNING, as dependent constraints are solved."""
     nq, nv, m = loop.sizes[at.NQ], loop.sizes[at.NV], loop.sizes[at.NM]
     n_columns, n_state = w.arguments.shape[0], nq + nv
     by_q, by_v = leverage(method, h)
@@ -339,9 +364,13 @@ def factor_end(method, h, loop, t1, w):
     if method.stabilised:
         border_with_stabiliser(by_q, by_v, loop.sizes, w)
     loop.counters[TRUSTED] = 1 if factor(loop.counters, w) else 0
-    loop.counters[HAVE_FACTORS] = 1
-    w.numbers[FACTORED_FOR] = h
-    forget_rate(w.numbers)
+    return at.RUNNING
+
+
+@jitted
+def solve_full(method, loop, w):
+    """Replace `w.right` by the solution; returns a status."""
+    return solve(loop.counters[TRUSTED], loop.sizes[at.NV], w)
 
 
 @jitted
@@ -413,7 +442,7 @@ _REACH = 0.05
 
 
 @jitted
-def start(method, h, loop, t, w):
+def start(equations, method, h, loop, t, w):
     """Set A, a, v and λ for steps of length `h` from the state `y`, whose rhs row is `f`; returns a status.
 
     A runs behind a by (α_f - α_m) h. In index-3 form the formula for positions misses h³ c a', and the turn of a
@@ -436,7 +465,7 @@ def start(method, h, loop, t, w):
         for i in range(nv):
             w.vectors[NEW_AVERAGE, i] *= 1.0 / 6.0 - 0.5 * lead - method.beta
         add_rotations_missed(loop.sizes, loop.y, loop.f, w.vectors[NEW_AVERAGE])
-        status = lean_rates(h * h, loop, t, w)
+        status = equations.lean_rates(method, h * h, loop, t, w)
     guess_start(loop.sizes, w)
     w.numbers[STARTED_FOR] = h
     loop.counters[HAVE_START], loop.counters[HAVE_FACTORS] = 1, 0
@@ -475,7 +504,7 @@ def add_rotations_missed(sizes, y, f, missed):
 
 
 @jitted
-def lean_rates(amount, loop, t, w):
+def lean_rates(method, amount, loop, t, w):
     """Add `amount` times NEW_AVERAGE, the part across the holonomic constraints, to the rates; returns a status."""
     nv, m = loop.sizes[at.NV], loop.sizes[at.NM]
     mass = w.derivative[: nv * nv]
@@ -505,6 +534,7 @@ def lean_rates(amount, loop, t, w):
 
 
 N_DENSE_TERMS = 4
+FULL = StepEquations(factor_end, solve_full, lean_rates)
 
 
 @jitted
@@ -520,20 +550,26 @@ def advance_constrained_alpha(method, loop):
         if not evaluate(loop, loop.control[at.T], loop.y, loop.f):
             return at.NOT_FINITE
         loop.counters[at.F_VALID], loop.counters[HAVE_START] = 1, 0
-    return take_steps(constrained_alpha_step, method, loop, w)
+    return take_steps(full_step, method, loop, w)
 
 
 @jitted
-def constrained_alpha_step(method, loop, w):
+def full_step(method, loop, w):
+    """Take one step with full matrices and record it; returns a status."""
+    return constrained_alpha_step(FULL, method, loop, w)
+
+
+@jitted
+def constrained_alpha_step(equations, method, loop, w):
     """Take one step of the grid and record it; returns a status."""
     t0 = loop.control[at.T]
     t1 = grid_end(loop)
     h = grid_length(loop.control, t0, t1)
     status = at.RUNNING
     if not loop.counters[HAVE_START] or abs(h - w.numbers[STARTED_FOR]) > 1e-6 * h:
-        status = start(method, h, loop, t0, w)
+        status = start(equations, method, h, loop, t0, w)
     if status == at.RUNNING:
-        status = solve_end(method, h, loop, t0, t1, w)
+        status = solve_end(equations, method, h, loop, t0, t1, w)
     if status == at.RUNNING:
         status = reach_end(h, loop, t1, w)
     if status != at.RUNNING:

@@ -24,7 +24,9 @@ def has_sparse_form(system: System) -> bool:
 
 def suited_to_size(method: Method, system: System) -> Method:
     """Return the method in the form that suits a model: with sparse matrices where it is large enough and sparse."""
-    return method.sparse if method.sparse is not None and _is_sparse(system) else method
+    sparse_form = method.sparse
+    has_one = sparse_form is not None and not sparse_form.refusal(system)
+    return sparse_form if has_one and _is_sparse(system) else method
 
 
 def _is_sparse(system: System) -> bool:

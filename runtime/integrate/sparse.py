@@ -10,7 +10,9 @@ import numpy as np
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.front_plan import FrontPlan, front_plan, without_fronts
 from symgen.runtime.integrate.linear import magnitude
+from symgen.runtime.integrate.newton_lu import factor_newton, solve_newton
 from symgen.runtime.integrate.quaternions import by_rotation, solve_rotation
 from symgen.runtime.positions import Positions
 
@@ -28,228 +30,6 @@ if TYPE_CHECKING:
 #
 # which is as sparse as the model. For the rotation vector θ of a quaternion, 1/g becomes (g - K)⁻¹ with Kθ = θ×ω/2, and
 # a defect s of θ' adds -F_θ (g - K)⁻¹ s on the right.
-
-# Left-looking elimination, column by column (Gilbert, Peierls, SIAM J. Sci. Stat. Comput. 9 (1988) 862, as in Davis,
-# Direct Methods for Sparse Linear Systems, 2006, chapter 6): the pattern of a column follows from a depth-first search
-# in the columns of L before it, so that the time is proportional to the arithmetic, whichever rows become pivots.
-
-# A diagonal entry becomes the pivot unless another in its column is this many times larger. The second number is for
-# where the first leads to more entries than there is room for.
-LEAST_DIAGONAL, LEAST_DIAGONAL_WITHOUT_ROOM = 0.1, 1e-4
-NO_ROOM = -100  # inside of this file only
-N_TABLES = 5  # integers for each row: pivots, marks, the search's stack and its places, the pattern
-
-
-class SparseLU(NamedTuple):
-    """Factors of a matrix with n rows: L of unit diagonal, U by columns; rows in the order of the pivots.
-
-    Attributes
-    ----------
-    lower_start, upper_start : ndarray of int64, shape (n + 1,)
-        Where each column begins among the entries.
-    lower_row, upper_row : ndarray of int64, shape (room,)
-    lower, upper : ndarray, shape (room,), real or complex
-        Entries; the diagonal of L is left out, that of U is the last of its column, as its reciprocal.
-    tables : ndarray of int64, shape (N_TABLES, n)
-        The pivot's place of each row, then scratch of `sparse_factor`.
-    scale : ndarray, shape (n,)
-        What each row is multiplied by before it is compared with others; to be set before `sparse_factor`.
-    x : ndarray, shape (n,), real or complex
-        Scratch.
-    """
-
-    lower_start: np.ndarray
-    upper_start: np.ndarray
-    lower_row: np.ndarray
-    upper_row: np.ndarray
-    lower: np.ndarray
-    upper: np.ndarray
-    tables: np.ndarray
-    scale: np.ndarray
-    x: np.ndarray
-
-
-@jitted
-def sparse_lu_size(n, room, width):
-    """Length of the array that `sparse_lu` (`width` 1) or `complex_sparse_lu` (`width` 2) divides."""
-    return 2 * (n + 1) + (2 + 2 * width) * room + (N_TABLES + 1 + width) * n
-
-
-@jitted
-def sparse_lu(n, room, work):
-    """Divide `work` into the factors of a real matrix with n rows."""
-    start, rows, tables, scale, rest = divide(n, room, work)
-    return SparseLU(
-        start[0],
-        start[1],
-        rows[0],
-        rows[1],
-        rest[:room],
-        rest[room : 2 * room],
-        tables,
-        scale,
-        rest[2 * room :],
-    )
-
-
-@jitted
-def complex_sparse_lu(n, room, work):
-    """Divide `work` into the factors of a complex matrix with n rows."""
-    start, rows, tables, scale, rest = divide(n, room, work)
-    values = rest.view(np.complex128)
-    return SparseLU(
-        start[0], start[1], rows[0], rows[1], values[:room], values[room : 2 * room], tables, scale,
-        values[2 * room :],
-    )  # fmt: skip
-
-
-@jitted
-def divide(n, room, work):
-    """The parts of `work` that are the same for real and complex factors, and the rest."""
-    start, rest = work[: 2 * (n + 1)].view(np.int64).reshape((2, n + 1)), work[2 * (n + 1) :]
-    rows, rest = rest[: 2 * room].view(np.int64).reshape((2, room)), rest[2 * room :]
-    tables, rest = rest[: N_TABLES * n].view(np.int64).reshape((N_TABLES, n)), rest[N_TABLES * n :]
-    return start, rows, tables, rest[:n], rest[n:]
-
-
-@jitted
-def sparse_factor(start, row, values, order, lu):
-    """Factor a matrix; rows become pivots by size, but the diagonal's where it is nearly as large.
-
-    Parameters
-    ----------
-    start, row : ndarray of int64
-        Where each column begins among the entries, and the rows of these.
-    values : ndarray, real or complex
-        The entries.
-    order : ndarray of int64, shape (n,)
-        In which columns are eliminated.
-    lu : SparseLU
-        Overwritten.
-
-    Returns
-    -------
-    int
-        RUNNING, or SINGULAR_MATRIX where a column has no pivot, or the factors have no room.
-    """
-    status = eliminate(start, row, values, order, LEAST_DIAGONAL, lu)
-    if status == NO_ROOM:
-        status = eliminate(start, row, values, order, LEAST_DIAGONAL_WITHOUT_ROOM, lu)
-    return at.RUNNING if status == at.RUNNING else at.SINGULAR_MATRIX
-
-
-@jitted
-def eliminate(start, row, values, order, least, lu):
-    """Factor with pivots on the diagonal where that is at least `least` of the largest in its column."""
-    n = order.shape[0]
-    place, marks, pattern = lu.tables[0], lu.tables[1], lu.tables[4]
-    for i in range(n):
-        place[i], marks[i] = -1, -1
-        lu.x[i] = 0.0
-    n_lower, n_upper = 0, 0
-    for k in range(n):
-        lu.lower_start[k], lu.upper_start[k] = n_lower, n_upper
-        if n_lower + n > lu.lower.shape[0] or n_upper + n > lu.upper.shape[0]:
-            return NO_ROOM
-        column = order[k]
-        top = find_pattern(start, row, column, k, lu)
-        for e in range(start[column], start[column + 1]):
-            lu.x[row[e]] = lu.scale[row[e]] * values[e]
-        best, pivot_row = 0.0, -1
-        for s in range(top, n):
-            i = pattern[s]
-            j = place[i]
-            if j >= 0:
-                above = lu.x[i]
-                lu.upper_row[n_upper], lu.upper[n_upper] = j, above
-                n_upper += 1
-                lu.x[i] = 0.0
-                for e in range(lu.lower_start[j], lu.lower_start[j + 1]):
-                    lu.x[lu.lower_row[e]] -= lu.lower[e] * above
-        for s in range(top, n):
-            i = pattern[s]
-            if place[i] < 0 and magnitude(lu.x[i]) > best:
-                best, pivot_row = magnitude(lu.x[i]), i
-        if pivot_row < 0 or not math.isfinite(best):
-            return at.SINGULAR_MATRIX
-        if place[column] < 0 and marks[column] == k and magnitude(lu.x[column]) >= least * best:
-            pivot_row = column
-        inverse = 1.0 / lu.x[pivot_row]
-        lu.upper_row[n_upper], lu.upper[n_upper] = k, inverse
-        n_upper += 1
-        place[pivot_row] = k
-        for s in range(top, n):
-            i = pattern[s]
-            if place[i] < 0:
-                lu.lower_row[n_lower], lu.lower[n_lower] = i, lu.x[i] * inverse
-                n_lower += 1
-            lu.x[i] = 0.0
-        lu.lower_start[k + 1] = n_lower
-    lu.lower_start[n], lu.upper_start[n] = n_lower, n_upper
-    for e in range(n_lower):
-        lu.lower_row[e] = place[lu.lower_row[e]]
-    return at.RUNNING
-
-
-@jitted
-def find_pattern(start, row, column, k, lu):
-    """Write the rows that column `column`, the k-th, will have to the end of `tables[4]`; returns where they begin.
-
-    A row that is a pivot brings those of its column of L; each stands before those that it brings.
-    """
-    place, marks, stack, reached, pattern = (
-        lu.tables[0],
-        lu.tables[1],
-        lu.tables[2],
-        lu.tables[3],
-        lu.tables[4],
-    )
-    top = pattern.shape[0]
-    for first in range(start[column], start[column + 1]):
-        if marks[row[first]] == k:
-            continue
-        depth = 0
-        stack[0] = row[first]
-        while depth >= 0:
-            i = stack[depth]
-            j = place[i]
-            if marks[i] != k:
-                marks[i] = k
-                reached[depth] = lu.lower_start[j] if j >= 0 else 0
-            end = lu.lower_start[j + 1] if j >= 0 else 0
-            e = reached[depth]
-            while e < end and marks[lu.lower_row[e]] == k:
-                e += 1
-            reached[depth] = e + 1
-            if e < end:
-                depth += 1
-                stack[depth] = lu.lower_row[e]
-            else:
-                depth -= 1
-                top -= 1
-                pattern[top] = i
-    return top
-
-
-@jitted
-def sparse_solve(order, lu, b):
-    """Solve with the factors of `sparse_factor`; the right-hand side `b`, shape (n,), becomes the solution."""
-    n = order.shape[0]
-    place, x = lu.tables[0], lu.x
-    for i in range(n):
-        x[place[i]] = lu.scale[i] * b[i]
-    for k in range(n):
-        value = x[k]
-        for e in range(lu.lower_start[k], lu.lower_start[k + 1]):
-            x[lu.lower_row[e]] -= lu.lower[e] * value
-    for m in range(n):
-        k = n - 1 - m
-        last = lu.upper_start[k + 1] - 1
-        value = x[k] * lu.upper[last]
-        b[order[k]] = value
-        for e in range(lu.upper_start[k], last):
-            x[lu.upper_row[e]] -= lu.upper[e] * value
-
 
 # What an entry of the derivative of F is taken by: positions, rates, accelerations and multipliers, the rotation vector
 # of a quaternion; or the quaternion itself, which is passed on to its rotation vector.
@@ -271,11 +51,16 @@ class NewtonPattern(NamedTuple):
     start, rows : ndarray of int64, shapes (n + 1,), (n_values,)
         Where each column of the matrix begins among its entries, and the rows of these.
     order : ndarray of int64, shape (n,)
-        In which columns are eliminated.
+        In which columns are eliminated where rows become pivots by size.
     n_factor : int
-        Entries of L with all pivots on the diagonal.
+        Entries of L in this order with all pivots on the diagonal.
     room : int
         How many entries each factor may have.
+    plan : FrontPlan
+        The elimination by fronts, which is tried first.
+    pairs : ndarray of int64, shape (n_pairs, 4)
+        Of each multiplier that gets a diagonal there, with each coordinate of its constraint: its number, the entries
+        in its row, in its column, and on the diagonal of the coordinate. None where no multiplier does.
     """
 
     kind: np.ndarray
@@ -288,6 +73,8 @@ class NewtonPattern(NamedTuple):
     order: np.ndarray
     n_factor: int
     room: int
+    plan: FrontPlan
+    pairs: np.ndarray
 
 
 @jitted
@@ -344,7 +131,7 @@ def factor_shifted(pattern, g, sizes, y, entries, values, lu):
         The state, whose angular velocities turn quaternions.
     values : ndarray, shape (n_values,), real or complex
         Scratch.
-    lu : SparseLU
+    lu : NewtonLU
     """
     inverse = 1.0 / g
     for k in range(values.shape[0]):
@@ -365,8 +152,8 @@ def factor_shifted(pattern, g, sizes, y, entries, values, lu):
         values[pattern.slot[e]] += u
         values[pattern.slot[e + 1]] += v
         values[pattern.slot[e + 2]] += w
-    scale_constraints(pattern, sizes[at.NV], values, lu)
-    return sparse_factor(pattern.start, pattern.rows, values, pattern.order, lu)
+    scale_constraints(pattern, sizes[at.NV], values, lu.pivoted)
+    return factor_newton(pattern, sizes[at.NV], values, lu)
 
 
 @jitted
@@ -417,7 +204,7 @@ def solve_shifted(pattern, entries, turned, r, right, lu):
     multiply(pattern, BY_UNKNOWN, 1.0, entries, r, right)
     if pattern.turns.shape[0] > 0:
         multiply(pattern, BY_TURN, -1.0, entries, turned, right)
-    sparse_solve(pattern.order, lu, right)
+    solve_newton(pattern, lu, right)
     for i in range(r.shape[0]):
         r[i] = right[i]
 
@@ -432,6 +219,11 @@ def clear(vector):
 # Entries of factors: pivots off the diagonal lead to more than there are with all pivots on it.
 _ROOM = 3
 _DOMINANT = 1e3
+# For each unknown: a chain has 15, and fronts so small that they cost more than they spare; a net of 110 masses on
+# springs has 180, and is factored in half the time.
+FEWEST_PRODUCTS = 50
+# Multipliers get a diagonal where the products of an elimination by degree alone are so few of those that it spares.
+_GIVEN_A_DIAGONAL = 0.5
 
 
 def newton_pattern(system: System) -> NewtonPattern:
@@ -451,7 +243,7 @@ def _pattern(system: System) -> NewtonPattern:
     unique, slot = np.unique(keys, return_inverse=True)
     start = np.searchsorted(unique, np.arange(n + 1) * n)
     rows = unique % n
-    order, n_factor = _elimination(start, rows, n, nv)
+    order, n_factor, plan, pairs = _elimination(start, rows, n, nv)
     return NewtonPattern(
         *(np.ascontiguousarray(x, dtype=np.int64) for x in (kind, row, column, slot[: len(kind)], turns)),
         np.ascontiguousarray(start, dtype=np.int64),
@@ -459,6 +251,8 @@ def _pattern(system: System) -> NewtonPattern:
         order,
         n_factor,
         _ROOM * n_factor + n,
+        plan,
+        pairs,
     )
 
 
@@ -487,10 +281,13 @@ def _entries(system: System) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.nda
     return kind, np.concatenate([row, more[:, 0]]), np.concatenate([column, more[:, 1]]), table
 
 
-def _elimination(start: np.ndarray, rows: np.ndarray, n: int, nv: int) -> tuple[np.ndarray, int]:
-    """An order of small degree on the graph of A + Aᵀ, and the entries of L with pivots on the diagonal.
+def _elimination(
+    start: np.ndarray, rows: np.ndarray, n: int, nv: int
+) -> tuple[np.ndarray, int, FrontPlan, np.ndarray]:
+    """An order for pivots by size, the entries of L in it with pivots on the diagonal, the fronts, and their pairs.
 
-    SuperLU finds both where the diagonal is dominant (Liu, ACM TOMS 11 (1985) 141; Li, ACM TOMS 31 (2005) 302).
+    Orders of small degree on the graph of A + Aᵀ: SuperLU finds them, and what L has, where the diagonal is dominant
+    (Liu, ACM TOMS 11 (1985) 141; Li, ACM TOMS 31 (2005) 302).
     """
     from scipy.sparse import csc_matrix, identity
 
@@ -499,7 +296,28 @@ def _elimination(start: np.ndarray, rows: np.ndarray, n: int, nv: int) -> tuple[
     by_degree = np.argsort(_factors(dominant, "MMD_AT_PLUS_A").perm_c)
     order = np.argsort(_after_their_coordinates(pattern, np.argsort(by_degree), nv), kind="stable")
     n_factor = _factors(dominant[order][:, order].tocsc(), "NATURAL").L.nnz
-    return order.astype(np.int64), int(n_factor)
+    column = np.repeat(np.arange(n), np.diff(start))
+    plan, pairs = front_plan(rows, column, order), np.zeros((0, 4), dtype=np.int64)
+    if n > nv:
+        diagonal = np.arange(nv, n)
+        freely = front_plan(np.append(rows, diagonal), np.append(column, diagonal), by_degree)
+        if freely.products < _GIVEN_A_DIAGONAL * plan.products:
+            plan, pairs = freely, _pairs(rows, column, n, nv)
+    if plan.products < FEWEST_PRODUCTS * n:
+        plan, pairs = without_fronts(n), pairs[:0]
+    return order.astype(np.int64), int(n_factor), plan, pairs
+
+
+def _pairs(rows: np.ndarray, column: np.ndarray, n: int, nv: int) -> np.ndarray:
+    """The table `pairs`, see `NewtonPattern`."""
+    keys = column * n + rows  # ascending
+    own = np.flatnonzero((rows >= nv) & (column < nv))
+    i, j = rows[own], column[own]
+    wanted = i * n + j
+    mirrored = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
+    there = keys[mirrored] == wanted
+    diagonal = np.searchsorted(keys, j * n + j)
+    return np.stack([i - nv, own, mirrored, diagonal], axis=1)[there].astype(np.int64)
 
 
 def _factors(matrix: csc_matrix, order: str) -> SuperLU:

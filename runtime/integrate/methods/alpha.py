@@ -16,6 +16,7 @@ _PURPOSE = "stiff structures: damps the fastest vibrations (by 0.9 and 0.82 a st
 _CONSTRAINED_KERNELS = (
     "residual_jacobian", "residual", "constraint_residual", "constraint_jacobian", "mass_matrix",
 )  # fmt: skip
+_SPARSE_KERNELS = ("residual_jacobian_entries", "residual", "constraint_residual")
 
 
 def _alpha(name: str, oscillation_error: float) -> Method:
@@ -51,10 +52,34 @@ def _constrained(method: Method, form: str, suits_form: bool) -> Method:
             "state as well: leave constraints to 'projection', or use radau5"
         )
 
-    return replace(
+    full = replace(
         method, form=form, suits_form=suits_form, refusal=refusal,
         family="symgen.runtime.integrate.constrained_alpha:advance_constrained_alpha",
         coefficients=coefficients, work_size=work_size, kernels=_CONSTRAINED_KERNELS,
+    )  # fmt: skip
+    return full if form == "ggl" else replace(full, sparse=_sparse(full))
+
+
+def _sparse(full: Method) -> Method:
+    """The index-3 form with sparse matrices."""
+
+    def coefficients(system: System) -> Any:
+        pattern = resolve("symgen.runtime.integrate.sparse:newton_pattern")(system)
+        return resolve("symgen.runtime.integrate.sparse_alpha:SparseAlpha")(
+            *full.coefficients(system), pattern
+        )
+
+    def work_size(coefficients: Any, sizes: np.ndarray) -> int:
+        return int(
+            resolve("symgen.runtime.integrate.sparse_alpha:sparse_alpha_work_size")(coefficients, sizes)
+        )
+
+    def refusal(system: System) -> str:
+        return "turns quaternions with full matrices only" if system.quaternions else full.refusal(system)
+
+    return replace(
+        full, family="symgen.runtime.integrate.sparse_alpha:advance_sparse_alpha", refusal=refusal,
+        coefficients=coefficients, work_size=work_size, kernels=_SPARSE_KERNELS,
     )  # fmt: skip
 
 

@@ -8,6 +8,13 @@ import numpy as np
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_scratch_size
+from symgen.runtime.integrate.newton_lu import (
+    NewtonLU,
+    complex_newton_lu,
+    newton_lu,
+    newton_lu_size,
+    solve_newton,
+)
 from symgen.runtime.integrate.radau.coefficients import RadauIIA
 from symgen.runtime.integrate.radau.error import filter_accelerations, keep_axes, n_places_of_stages
 from symgen.runtime.integrate.radau.newton import Equations
@@ -22,16 +29,11 @@ from symgen.runtime.integrate.sparse import (
     BY_POSITION,
     BY_TURN,
     BY_UNKNOWN,
-    SparseLU,
     clear,
-    complex_sparse_lu,
     differentiate_sparse,
     factor_shifted,
     multiply,
     solve_shifted,
-    sparse_lu,
-    sparse_lu_size,
-    sparse_solve,
 )
 
 
@@ -50,9 +52,9 @@ class SparseRadauWork(NamedTuple):
         The entries of a Newton matrix.
     right, complex_right : ndarray, shape (n,)
         Right-hand sides.
-    real : SparseLU
-    complex : ndarray, shape (k, sparse_lu_size(n, room, 2))
-        What `complex_sparse_lu` divides, for each ν.
+    real : NewtonLU
+    complex : ndarray, shape (k, newton_lu_size(pattern, nv, 2))
+        What `complex_newton_lu` divides, for each ν.
     """
 
     numbers: np.ndarray
@@ -68,7 +70,7 @@ class SparseRadauWork(NamedTuple):
     complex_values: np.ndarray
     right: np.ndarray
     complex_right: np.ndarray
-    real: SparseLU
+    real: NewtonLU
     complex: np.ndarray
     scratch: np.ndarray
 
@@ -80,7 +82,7 @@ def sparse_radau_work_size(method, sizes):
     nv, ny, n = sizes[at.NV], sizes[at.NY], sizes[at.NV] + sizes[at.NM]
     own = N_NUMBERS + (s + 2) * ny + (s + 1) * sizes[at.N_ROW] + (8 + 8 * k) * nv + 3 * s
     own += sizes[at.NQ] + nv + n + pattern.kind.shape[0] + 3 * pattern.rows.shape[0] + 3 * n
-    factors = sparse_lu_size(n, pattern.room, 1) + k * sparse_lu_size(n, pattern.room, 2)
+    factors = newton_lu_size(pattern, nv, 1) + k * newton_lu_size(pattern, nv, 2)
     return own + factors + finish_scratch_size(sizes)
 
 
@@ -106,9 +108,9 @@ def sparse_radau_work(method, sizes, work):
     complex_values, rest = rest[: 2 * size].view(np.complex128), rest[2 * size :]
     right, rest = rest[:n], rest[n:]
     complex_right, rest = rest[: 2 * n].view(np.complex128), rest[2 * n :]
-    size = sparse_lu_size(n, pattern.room, 1)
-    real, rest = sparse_lu(n, pattern.room, rest[:size]), rest[size:]
-    size = sparse_lu_size(n, pattern.room, 2)
+    size = newton_lu_size(pattern, nv, 1)
+    real, rest = newton_lu(pattern, nv, rest[:size]), rest[size:]
+    size = newton_lu_size(pattern, nv, 2)
     complex_, rest = rest[: k * size].reshape((k, size)), rest[k * size :]
     return SparseRadauWork(
         numbers, states, rows, real_vectors, complex_vectors, pairs, rotation_rates, arguments, entries, values,
@@ -119,7 +121,7 @@ def sparse_radau_work(method, sizes, work):
 @jitted
 def pair_factors(method, k, w):
     """The factors for ν of pair `k`."""
-    return complex_sparse_lu(method.pattern.order.shape[0], method.pattern.room, w.complex[k])
+    return complex_newton_lu(method.pattern, w.pairs.shape[1] // 2, w.complex[k])
 
 
 # Besides `RadauIIA`: the pattern of a model's Newton matrices (`NewtonPattern`).
@@ -178,7 +180,7 @@ def solve_error_sparse(method, w):
     multiply(pattern, BY_UNKNOWN, 1.0, w.entries, rates, w.right)
     multiply(pattern, BY_POSITION, -1.0, w.entries, positions, w.right)
     multiply(pattern, BY_TURN, -1.0, w.entries, positions, w.right)
-    sparse_solve(pattern.order, w.real, w.right)
+    solve_newton(pattern, w.real, w.right)
     for i in range(nv):
         rates[i] = w.right[i]
 

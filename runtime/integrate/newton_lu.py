@@ -1,0 +1,178 @@
+"""Factors of a Newton matrix: by fronts, or, where these do not solve for a known vector, with pivots by size."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.fronts import FrontLU, eliminate_fronts, solve_fronts
+from symgen.runtime.integrate.left_looking import (
+    SparseLU,
+    complex_sparse_lu,
+    sparse_factor,
+    sparse_lu,
+    sparse_lu_size,
+    sparse_solve,
+)
+from symgen.runtime.integrate.linear import magnitude
+
+# The diagonal of multipliers is zero until coordinates of their constraints are eliminated, and waiting for all of
+# these makes factors several times as long. With a small one of the sign that it will have (a quasidefinite matrix:
+# Vanderbei, SIAM J. Optim. 5 (1995) 100), parts of what comes of the coordinates' own diagonals, they may be eliminated
+# in any order; one step of refinement takes out what that changes.
+SMALL_DIAGONAL = 1e-8
+# Fronts are taken when they solve for a vector of ones and less to so many parts.
+TRUSTED = 1e-6
+BY_FRONTS, BY_SIZE = 0, 1
+
+
+class NewtonLU(NamedTuple):
+    """Factors of a matrix of n rows with the pattern of a `NewtonPattern`.
+
+    Attributes
+    ----------
+    fronts : FrontLU
+    pivoted : SparseLU
+        Its `scale` is that of the rows, by fronts as well.
+    entries : ndarray, shape (n_values + m,), real or complex
+        The entries of the matrix, rows scaled, then the diagonal that multipliers get.
+    x, rest, moved : ndarray, shape (n,)
+        Solution, right-hand side, and what is solved for in the order of elimination.
+    kind : ndarray of int64, shape (1,)
+        BY_FRONTS or BY_SIZE.
+    """
+
+    fronts: FrontLU
+    pivoted: SparseLU
+    entries: np.ndarray
+    x: np.ndarray
+    rest: np.ndarray
+    moved: np.ndarray
+    kind: np.ndarray
+
+
+@jitted
+def newton_lu_size(pattern, nv, width):
+    """Length of the array that `newton_lu` (`width` 1) or `complex_newton_lu` (`width` 2) divides."""
+    n, plan = pattern.order.shape[0], pattern.plan
+    own = plan.value_start[-1] + plan.largest * plan.largest + plan.n_waiting
+    own += pattern.rows.shape[0] + n - nv + 3 * n
+    return width * own + 2 * n + 1 + sparse_lu_size(n, pattern.room, width)
+
+
+@jitted
+def newton_lu(pattern, nv, work):
+    """Divide `work` into the factors of a real matrix."""
+    n = pattern.order.shape[0]
+    size = sparse_lu_size(n, pattern.room, 1)
+    pivoted, rest = sparse_lu(n, pattern.room, work[:size]), work[size:]
+    whole, rest = rest[: 2 * n + 1].view(np.int64), rest[2 * n + 1 :]
+    fronts, entries, vectors = divide_values(pattern, nv, whole, rest)
+    return NewtonLU(fronts, pivoted, entries, vectors[0], vectors[1], vectors[2], whole[2 * n :])
+
+
+@jitted
+def complex_newton_lu(pattern, nv, work):
+    """Divide `work` into the factors of a complex matrix."""
+    n = pattern.order.shape[0]
+    size = sparse_lu_size(n, pattern.room, 2)
+    pivoted, rest = complex_sparse_lu(n, pattern.room, work[:size]), work[size:]
+    whole, rest = rest[: 2 * n + 1].view(np.int64), rest[2 * n + 1 :]
+    fronts, entries, vectors = divide_values(pattern, nv, whole, rest.view(np.complex128))
+    return NewtonLU(fronts, pivoted, entries, vectors[0], vectors[1], vectors[2], whole[2 * n :])
+
+
+@jitted
+def divide_values(pattern, nv, whole, values):
+    """What of `NewtonLU` holds entries: fronts, entries, three vectors."""
+    n, plan = pattern.order.shape[0], pattern.plan
+    factors, values = values[: plan.value_start[-1]], values[plan.value_start[-1] :]
+    size = plan.largest * plan.largest
+    front, values = values[:size], values[size:]
+    waiting, values = values[: plan.n_waiting], values[plan.n_waiting :]
+    size = pattern.rows.shape[0] + n - nv
+    entries, values = values[:size], values[size:]
+    fronts = FrontLU(factors, front, waiting, whole[:n], whole[n : 2 * n])
+    return fronts, entries, values[: 3 * n].reshape((3, n))
+
+
+@jitted
+def factor_newton(pattern, nv, values, lu):
+    """Factor the matrix with these entries, whose rows count as `lu.pivoted.scale` says; returns a status."""
+    scale, n_values = lu.pivoted.scale, pattern.rows.shape[0]
+    for e in range(n_values):
+        lu.entries[e] = scale[pattern.rows[e]] * values[e]
+    for k in range(n_values, lu.entries.shape[0]):
+        lu.entries[k] = 0.0
+    for i in range(pattern.pairs.shape[0]):
+        across, diagonal = lu.entries[pattern.pairs[i, 2]], lu.entries[pattern.pairs[i, 3]]
+        if magnitude(diagonal) > 0.0:
+            share = SMALL_DIAGONAL * lu.entries[pattern.pairs[i, 1]] * across / diagonal
+            lu.entries[n_values + pattern.pairs[i, 0]] -= share
+    lu.kind[0] = BY_FRONTS
+    if eliminate_fronts(pattern.plan, lu.entries, lu.fronts) == at.RUNNING and solves_for_known(pattern, lu):
+        return at.RUNNING
+    lu.kind[0] = BY_SIZE
+    return sparse_factor(pattern.start, pattern.rows, values, pattern.order, lu.pivoted)
+
+
+@jitted
+def solves_for_known(pattern, lu):
+    """Whether the fronts solve for a vector that is known beforehand."""
+    n = lu.x.shape[0]
+    for i in range(n):
+        lu.x[i] = -known(i)
+        lu.rest[i] = 0.0
+    subtract_product(pattern, lu)
+    solve_by_fronts(pattern, lu)
+    for i in range(n):
+        if not magnitude(lu.x[i] - known(i)) <= TRUSTED:  # false where it is not a number
+            return False
+    return True
+
+
+@jitted
+def known(i):
+    """Numbers between 0.5 and 1.5, without a pattern that constraints could have."""
+    turns = 0.6180339887498949 * (i + 1)
+    return 0.5 + turns - math.floor(turns)
+
+
+@jitted
+def subtract_product(pattern, lu):
+    """Subtract the matrix times `lu.x` from `lu.rest`; the diagonal that multipliers got is no part of it."""
+    for j in range(lu.x.shape[0]):
+        value = lu.x[j]
+        for e in range(pattern.start[j], pattern.start[j + 1]):
+            lu.rest[pattern.rows[e]] -= lu.entries[e] * value
+
+
+@jitted
+def solve_by_fronts(pattern, lu):
+    """Solve for the right-hand side `lu.rest`, in scaled rows, which is lost; the solution is left in `lu.x`."""
+    n, order = lu.x.shape[0], pattern.plan.order
+    for i in range(n):
+        lu.x[i] = 0.0
+    for again in range(2 if pattern.pairs.shape[0] > 0 else 1):
+        if again:
+            subtract_product(pattern, lu)
+        for k in range(n):
+            lu.moved[k] = lu.rest[order[k]]
+        solve_fronts(pattern.plan, lu.fronts, lu.moved)
+        for k in range(n):
+            lu.x[order[k]] += lu.moved[k]
+
+
+@jitted
+def solve_newton(pattern, lu, b):
+    """Solve with the factors of `factor_newton`; the right-hand side `b`, shape (n,), becomes the solution."""
+    if lu.kind[0] == BY_SIZE:
+        sparse_solve(pattern.order, lu.pivoted, b)
+        return
+    for i in range(b.shape[0]):
+        lu.rest[i] = lu.pivoted.scale[i] * b[i]
+    solve_by_fronts(pattern, lu)
+    for i in range(b.shape[0]):
+        b[i] = lu.x[i]
