@@ -70,13 +70,6 @@ class Holding(Instant):
         self._check_unique(here, in_touch, kept[self.n_stops :], levels, forces)
         return self._with_aims(here, kept, levels, forces)
 
-    @property
-    def _in_circles(self) -> np.ndarray:
-        """Which frictions are directions of one that has two."""
-        found = np.zeros(self.n - self.n_stops, dtype=bool)
-        found[self.layout.circles] = True
-        return found
-
     def _far_from_limit(self, forces: np.ndarray, most: np.ndarray) -> np.ndarray:
         """Which frictions are to hold what several could: all, but those of two directions that can take no more."""
         return ~self._in_circles | (self.layout.together(np.abs(forces)) < _FAR * most)
@@ -285,7 +278,7 @@ class Holding(Instant):
         size = max(1.0, np.abs(here.state).max(initial=0.0))
         ahead = _AHEAD * (size / speed if speed > 0.0 else 1.0)
         state = np.concatenate([Positions(system).retract(q, ahead * v), v + ahead * change])
-        return LocalDynamics(system, self.arrays.p, here.t + ahead, state)
+        return self.equations.at(self.arrays.p, here.t + ahead, state)
 
     def _share(self, here: LocalDynamics, others: np.ndarray, forces: np.ndarray) -> None:
         """Let frictions whose motion others hold already keep the part of the force that they have."""
@@ -304,6 +297,8 @@ class Holding(Instant):
     def _check_unique(
         self, here: LocalDynamics, touching: np.ndarray, stuck: np.ndarray, levels: Levels, forces: np.ndarray
     ) -> None:
+        if not self._coupled.any():
+            return
         directions = self._directions(here)
         self._solved(lambda: check_unique(here, touching, stuck, directions, levels, forces))
 
@@ -579,7 +574,7 @@ class Switching(Holding):
         h = float(arrays.control[at.H_LAST])
         y = arrays.y[:n].copy()
         y = Positions(self.system).retract(y[:nq], h * y[nq:]), y[nq:]
-        return LocalDynamics(self.system, arrays.p, arrays.t + h, np.concatenate(y))
+        return self.equations.at(arrays.p, arrays.t + h, np.concatenate(y))
 
     def _came_to_rest(self, here: LocalDynamics) -> np.ndarray:
         """Which frictions have no speed if they fired; those that follow reactions may have come to a paradox."""
@@ -658,8 +653,9 @@ class Switching(Holding):
         """Let all that slides do so in the direction of its speed; an aim that the motion still has is kept."""
         speeds, sizes = here.speeds[self.n_stops :], self._sliding(here)
         circles = self._in_circles
-        along = here.turned(self.layout.turned(self.senses, self.aimed)).speeds[self.n_stops :]
-        kept = self.aimed.copy()
+        kept, along = self.aimed.copy(), speeds
+        if kept.any():
+            along = (self.layout.turned(self.senses, kept) @ here.speeds)[self.n_stops :]
         for i, j in self.layout.circles:
             is_set = aims is not None and aims[i]
             kept[[i, j]] &= is_set or (along[i] > 0.0 and abs(along[j]) <= _OFF_AIM * along[i])
