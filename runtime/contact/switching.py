@@ -81,8 +81,8 @@ class Holding(Instant):
 
         An aim lasts until it would miss by what the tolerances allow: of a friction F whose direction turns at the rate
         w, sliding along a fixed one for φ/w makes an error of F φ³/(6 w) in the speed, where F/w is a speed of the
-        motion. To fixed steps it is renewed until the friction no longer stops the sliding within one of them; and what
-        comes to rest within one keeps its direction.
+        motion. To fixed steps it is renewed until the friction no longer stops the sliding within one of them (or as
+        many as the method's `aimed_steps`); and what comes to rest within one keeps its direction.
         """
         if not len(self.layout.circles):
             return kept
@@ -105,6 +105,7 @@ class Holding(Instant):
         if step:
             c, slope = levels.linear(here, forces, 1.0)
             stopped = (c + slope @ forces)[rows] * np.diag(turned.compliance)[along] * step
+            stopped *= self.arrays.aimed_steps
             rising = (turned.free + turned.compliance @ (turned.rotation @ forces))[along] > 0.0
             angles = np.where(aimed & ~rising, _ANY_ANGLE, angles)
             bounds = np.where(aimed, _CLEARLY * stopped, np.where(turns, stopped, 0.0))
@@ -450,6 +451,7 @@ def _adds_energy(here: LocalDynamics, x: np.ndarray) -> bool:
 
 _VIOLATED = 1e-6  # gap at the start, in parts of the coordinates' sizes, from which on it is an error
 _WITHIN_STEPS = 2.0  # the pull may grow while a gap opens
+_STEPS_BEFORE_REST = 1e3
 _AT_REST = 1e-6  # of what a sliding speed changes by in a step: at its event it is zero but for round-off
 
 
@@ -546,7 +548,31 @@ class Switching(Holding):
         return "" if on_its_way else "turn"
 
     def objection(self) -> str:
-        """Why there is no going on from here: reactions are not unique, or friction with them leaves no one motion."""
+        """Why there is no going on from here: what `_paradox` says, or a direction that turns too fast."""
+        return self._paradox() or self._turns_too_fast()
+
+    def _turns_too_fast(self) -> str:
+        """Which friction in a plane is so near to rest that its direction turns in the last steps."""
+        if not self.turning.any():
+            return ""
+        here = self._here()
+        try:
+            pulled = self.layout.together(np.abs(here.free[self.n_stops :]))
+        except np.linalg.LinAlgError:  # not a number: another reason to stop
+            return ""
+        rest = self._sliding(here) / np.maximum(pulled, 1e-300)  # [s]
+        near = self.turning & (rest <= _STEPS_BEFORE_REST * self.arrays.h_last)
+        if not near.any():
+            return ""
+        k = int(np.flatnonzero(near)[0])
+        name, t, speed = self.names[self.n_stops + k], self.arrays.t, self._sliding(here)[k]
+        return (
+            f"friction in two directions ({name}) is almost at rest at t = {t:.9g} s ({speed:.1e} in speed), "
+            "where its direction turns faster than steps follow: use dop853 or radau5"
+        )
+
+    def _paradox(self) -> str:
+        """Why reactions are not unique, or friction with them leaves no one motion."""
         if not self._coupled.any():
             return ""
         here = self._here()
