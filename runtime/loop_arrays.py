@@ -130,6 +130,7 @@ class LoopArrays:
         c[:] = 0.0
         c[at.RTOL], c[at.ATOL], c[at.H] = self._at_start
         self.fixed_step = 0.0 if method.adaptive else self._at_start[2]
+        self.aimed_steps = method.aimed_steps
         c[at.H_MAX] = c[at.T_STOP] = c[at.T_WATCH] = np.inf
         c[at.H_MIN] = _SHORTEST_STEP
         c[at.T] = c[at.T_START] = c[at.T_GRID] = c[at.T_EVENT] = t

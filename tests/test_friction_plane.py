@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from recorded import assert_same_recording, record
 from scipy.integrate import solve_ivp
+from stress import plates
 from stress.plate_phases import Plate, course
 
 from symgen import Model, cos, dot, sin
@@ -145,6 +146,25 @@ def test_the_impulse_in_an_impact_lies_in_the_circle(systems, mu, e):
     speed = np.hypot(*before[:2])
     left = max(speed - mu * (1.0 + e) * down, 0.0)
     np.testing.assert_allclose(first.v_after, [*(before[:2] / speed * left), e * down], rtol=1e-8, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("method", "kind", "number"), [("generalized_alpha", "given", 1), ("hht", "stop", 4)]
+)
+def test_methods_whose_accelerations_lag_come_to_rest(method, kind, number):
+    """Where a direction turned in a few steps, Newton's method found no end of one."""
+    assert plates.judge(plates.draw(1, number), kind, method) == ("right", "")
+
+
+def test_where_a_direction_turns_too_fast_the_run_says_so():
+    case = plates.draw(1, 5)
+    run = plates.model("stop").run(
+        t_end=case.t_end, method="taylor", parameters=case.parameters, rate=dict(zip("xy", case.velocity))
+    )
+    assert run.status == "failed" and "change point" not in run.message
+    assert (
+        "friction in two directions (sole) is almost at rest" in run.message and "use dop853" in run.message
+    )
 
 
 def test_a_box_on_four_feet_slides_from_rest_and_comes_to_rest():

@@ -160,7 +160,7 @@ def test_stops_of_large_models_are_solved_as_those_of_small_ones(monkeypatch, re
     if repeated:
         jacobian[3], right[12] = jacobian[0] - 2.0 * jacobian[1], right[9] - 2.0 * right[10]
     expected = local_dynamics._saddle_point_solver(mass, jacobian)(right)
-    monkeypatch.setattr(local_dynamics, "LARGEST_DENSE", 1)
+    monkeypatch.setattr(local_dynamics, "_FEW", 1)
     found = local_dynamics._saddle_point_solver(mass, jacobian)(right)
     assert found == pytest.approx(expected, rel=1e-9, abs=1e-9)
     assert mass @ found[:9] + jacobian.T @ found[9:] == pytest.approx(right[:9], abs=1e-9)

@@ -11,6 +11,9 @@ see `circles.py`.
 
 from __future__ import annotations
 
+import itertools
+import math
+
 import numpy as np
 
 from symgen.runtime.contact.circles import ContactLaw, circle_forces
@@ -91,7 +94,10 @@ _MOST_PASSES = 50
 _CONVERGED = 1e-13
 _REGULAR = 1e-9  # of a minor without friction
 _DEPENDENT = 1e-10  # minors of rows scaled to 1: these stops depend on each other
-_MOST_STOPS = 10  # 2^n minors are looked at
+_MOST_STOPS, _MOST_MINORS = (
+    10,
+    5000,
+)  # up to so many stops, or sets of some that can be independent, all are looked at
 
 
 def coulomb_forces(
@@ -192,8 +198,9 @@ def check_unique(
     """Make sure that sliding frictions in proportion to reactions leave one motion.
 
     All principal minors of the matrix of stops, with what sticks held, must be positive in parts of those without
-    friction (Cottle, Pang, Stone, The Linear Complementarity Problem, theorem 3.3.7). Frictions that follow multipliers
-    must answer to a change of their level with a smaller one.
+    friction (Cottle, Pang, Stone, The Linear Complementarity Problem, theorem 3.3.7); of very many stops those of
+    `_looked_at`, which is necessary. Frictions that follow multipliers must answer to a change of their level with a
+    smaller one.
 
     Raises
     ------
@@ -209,15 +216,31 @@ def check_unique(
     spread[n_stops + np.arange(len(sliding)), np.arange(len(sliding))] = sliding
     with_friction = here.compliance @ np.linalg.inv(np.eye(n) + spread @ slope)
     stops, held = np.flatnonzero(touching), n_stops + np.flatnonzero(stuck)
-    if len(stops) > _MOST_STOPS:
-        raise Paradox
     scale = 1.0 / np.sqrt(np.maximum(np.diag(here.compliance), 1e-300))
     scaled = [matrix * np.outer(scale, scale) for matrix in (with_friction, here.compliance)]
-    for chosen in range(1, 1 << len(stops)):
-        rows = np.concatenate([stops[[bool(chosen >> b & 1) for b in range(len(stops))]], held])
-        minor, without = (np.linalg.det(matrix[np.ix_(rows, rows)]) for matrix in scaled)
-        if without > _DEPENDENT and minor <= _REGULAR * without:
+    for sets in _looked_at(stops, held, scaled[1], x):
+        rows = np.hstack([sets, np.tile(held, (len(sets), 1))])
+        minors, without = (np.linalg.det(matrix[rows[:, :, None], rows[:, None, :]]) for matrix in scaled)
+        if ((without > _DEPENDENT) & (minors <= _REGULAR * without)).any():
             raise Paradox
+
+
+def _looked_at(stops: np.ndarray, held: np.ndarray, scaled: np.ndarray, x: np.ndarray) -> list[np.ndarray]:
+    """Return sets of stops whose minors tell whether motions are unique, by size, each of shape (k, size).
+
+    Of more than a few stops only sets that are not dependent for sure: the least eigenvalue of a part of a matrix is no
+    larger than that of the whole which has as many larger ones (Cauchy). Where there are too many of them as well, each
+    stop, each two, and all that bear.
+    """
+    n, sizes = len(stops), range(1, len(stops) + 1)
+    bearing = []
+    if n > _MOST_STOPS:
+        every = np.concatenate([stops, held])
+        values = np.linalg.eigvalsh(scaled[np.ix_(every, every)])
+        sizes = range(1, 1 + np.count_nonzero(values > _DEPENDENT / math.e) - len(held))
+        if sum(math.comb(n, size) for size in sizes) > _MOST_MINORS:
+            sizes, bearing = (1, 2), [stops[x[stops] > 0.0][None]]
+    return [np.array(list(itertools.combinations(stops, size)), dtype=int) for size in sizes] + bearing
 
 
 def _check_answers(here: LocalDynamics, sliding: np.ndarray, levels: Levels, n_stops: int) -> None:

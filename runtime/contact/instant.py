@@ -10,6 +10,7 @@ import numpy as np
 from symgen.runtime.contact.coulomb import coulomb_forces
 from symgen.runtime.contact.levels import Levels, NoSolution, Paradox
 from symgen.runtime.contact.local_dynamics import (
+    ContactEquations,
     LocalDynamics,
     creeping_frictions,
     given,
@@ -54,6 +55,7 @@ class Instant:
         kinds = [switch["kind"] for switch in system.switches]
         self.names = [switch.get("circle", switch["name"]) for switch in system.switches]
         self.layout = Layout(system)
+        self.equations = ContactEquations(system, self.layout)
         self.n_stops, self.n = kinds.count("stop"), len(kinds)
         self.normals = normals_of(system)
         self._smooth, self._creeps = smooth_frictions(system), creeping_frictions(system)
@@ -62,23 +64,24 @@ class Instant:
         self.stuck = np.zeros(self.n - self.n_stops, dtype=bool)
         self.senses = np.zeros(self.n - self.n_stops)
         self.turning, self.aimed = np.zeros_like(self.stuck), np.zeros_like(self.stuck)
+        self._in_circles = np.zeros_like(self.stuck)  # which frictions are directions of one that has two
+        self._in_circles[self.layout.circles] = True
         self._aims = np.zeros(
             (len(self.layout.circles), 2)
         )  # how long each is aimed or turns: an angle, a speed
+        self._places_of_settings = system.settings_of_switches
         self._last: tuple[tuple, LocalDynamics] | None = None
 
     @property
     def settings(self) -> np.ndarray:
         """The numbers in `p` that say all this."""
-        layout = self.layout
-        values, first = np.zeros(layout.n_settings), layout.circles[:, 0]
-        values[layout.closed], values[layout.stuck], values[layout.sense] = (
-            self.closed,
-            self.stuck,
-            self.senses,
-        )
-        values[layout.turns], values[layout.aimed] = self.turning[first], self.aimed[first]
-        values[layout.angle], values[layout.bound] = self._aims.T
+        layout, values = self.layout, np.zeros(self.layout.n_settings)
+        values[layout.closed], values[layout.stuck] = self.closed, self.stuck
+        values[layout.sense] = self.senses
+        if len(layout.circles):
+            first = layout.circles[:, 0]
+            values[layout.turns], values[layout.aimed] = self.turning[first], self.aimed[first]
+            values[layout.angle], values[layout.bound] = self._aims.T
         return values
 
     @settings.setter
@@ -91,10 +94,10 @@ class Instant:
 
     @property
     def phases(self) -> np.ndarray:
-        """What each stop and friction does, shape (n, 4): held or not, and of two directions in which way it slides."""
-        circles = np.zeros_like(self.stuck)
-        circles[self.layout.circles] = True
-        senses = np.where(circles, self.senses, 0.0)
+        """What each stop and friction does, a row each: held or not, and of two directions in which way it slides."""
+        if not len(self.layout.circles):
+            return np.concatenate([self.closed, self.stuck])[:, None]
+        senses = np.where(self._in_circles, self.senses, 0.0)
         frictions = np.column_stack([self.stuck, self.turning, self.aimed, senses])
         stops = np.zeros((self.n_stops, 4))
         stops[:, 0] = self.closed
@@ -168,7 +171,7 @@ class Instant:
 
     def write(self) -> None:
         """Write the settings into `p`."""
-        self.arrays.p[self.system.settings_of_switches] = self.settings
+        self.arrays.p[self._places_of_settings] = self.settings
 
     def _here(self) -> LocalDynamics:
         """The equations at the present state and settings; they are asked for several times."""
@@ -177,7 +180,7 @@ class Instant:
         y = arrays.y[: self.system.nq + self.system.nv].copy()
         key = (arrays.t, y.tobytes(), arrays.p.tobytes())
         if self._last is None or self._last[0] != key:
-            self._last = (key, LocalDynamics(self.system, arrays.p, arrays.t, y))
+            self._last = (key, self.equations.at(arrays.p, arrays.t, y))
         return self._last[1]
 
     def _watched(

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import copy
+import functools
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from symgen.runtime.contact.settings import Layout
-from symgen.runtime.size import LARGEST_DENSE
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
@@ -94,17 +94,131 @@ def normal_forces(normals: list[Normal], forces: np.ndarray, multipliers: np.nda
 _DEPENDENT = 1e-8  # singular value of rows of G of length 1
 _LED = 1e-12  # compliance in parts of what it is without constraints
 _RANK = 1e-11  # singular values below this part of the largest belong to redundant constraints
+_FEW = 64  # rates and multipliers up to which singular values cost no more than all else at an event
 
 
-class LocalDynamics:
-    """M a = f + Gᵀλ + Wᵀμ, G a = γ at a state, W being the rows of stops, then frictions.
+class Solution(NamedTuple):
+    """What follows from the equations at one instant, see `LocalDynamics`."""
+
+    free_rates: np.ndarray
+    responses: np.ndarray
+    free_multipliers: np.ndarray
+    multiplier_responses: np.ndarray
+    free: np.ndarray
+    compliance: np.ndarray
+
+
+class Place:
+    """M, G and W at one place: of large models factors, and what forces of stops and frictions do, are kept.
+
+    Parameters
+    ----------
+    mass, constraints, rows : ndarray
+        M, G, W.
+    """
+
+    def __init__(self, mass: np.ndarray, constraints: np.ndarray, rows: np.ndarray):
+        self.mass, self.constraints, self.rows = mass, constraints, rows
+
+    def is_of(self, mass: np.ndarray, constraints: np.ndarray, rows: np.ndarray) -> bool:
+        """Whether these are M, G and W, to the bit."""
+        own, others = (self.rows, self.mass, self.constraints), (rows, mass, constraints)
+        return all(np.array_equal(one, other) for one, other in zip(own, others, strict=True))
+
+    def solve(self, forces: np.ndarray, gamma: np.ndarray, gamma_of_rows: np.ndarray) -> Solution:
+        """Solve for the accelerations by f and γ, those of the rows among them, and for what forces in the rows do."""
+        nv = len(self.mass)
+        if self.is_small:  # one call of LAPACK for all
+            right = np.zeros((nv + len(gamma), 1 + len(self.rows)))
+            right[:nv, 0], right[nv:, 0], right[:nv, 1:] = forces, gamma, self.rows.T
+            both = self._solve(right)
+            alone, of_rows = both[:, 0], both[:, 1:]
+            compliance = _symmetric(self.rows @ of_rows[:nv])
+        else:
+            alone = self._solve(np.concatenate([forces, gamma])[:, None])[:, 0]
+            of_rows, compliance = self._by_rows, self._compliance_of_rows
+        free = self.rows @ alone[:nv] - gamma_of_rows
+        return Solution(alone[:nv], of_rows[:nv], -alone[nv:], -of_rows[nv:], free, compliance)
+
+    @property
+    def is_small(self) -> bool:
+        """Whether nothing is gained by factors."""
+        return len(self.mass) + len(self.constraints) <= _FEW
+
+    @functools.cached_property
+    def _solve(self) -> Callable[[np.ndarray], np.ndarray]:
+        return _saddle_point_solver(self.mass, self.constraints)
+
+    @functools.cached_property
+    def _by_rows(self) -> np.ndarray:
+        return self._solve(np.vstack([self.rows.T, np.zeros((len(self.constraints), len(self.rows)))]))
+
+    @functools.cached_property
+    def _compliance_of_rows(self) -> np.ndarray:
+        from scipy.sparse import csr_array
+
+        # A gap or a sliding speed reads few of many rates.
+        return _symmetric(csr_array(self.rows) @ self._by_rows[: len(self.mass)])
+
+
+class ContactEquations:
+    """The equations of motion of a model with the rows of all its stops and frictions.
 
     Parameters
     ----------
     system : System
         With switches.
+    layout : Layout
+        Of the system.
+    """
+
+    def __init__(self, system: System, layout: Layout):
+        closed = system.closed
+        self.system, self.own = system, list(closed.switched)
+        self.others = [row for row in range(closed.m) if row not in closed.switched]
+        self._switches = list(closed.switched.values())
+        self._aimed = system.n_settable + layout.aimed
+        self._place: Place | None = None
+
+    def at(self, p: np.ndarray, t: float, state: np.ndarray) -> LocalDynamics:
+        """Return them at a state.
+
+        Parameters
+        ----------
+        p : ndarray
+            With the senses in which frictions slide; these forces are in f, but for those in proportion to reactions.
+        t : float [s]
+        state : ndarray, shape (nq + nv,)
+        """
+        return LocalDynamics(self, p.copy(), t, state)
+
+    def with_all_rows(self, p: np.ndarray) -> np.ndarray:
+        """Return `p` with all stops closed and all frictions stuck, those with two directions in fixed axes."""
+        everything = p.copy()
+        everything[self._switches] = 1.0
+        everything[self._aimed] = 0.0
+        return everything
+
+    def place(self, *matrices: np.ndarray) -> Place:
+        """Return the place with M, G and W: the last one, if it has the same, so that its factors serve again."""
+        new = Place(*matrices)
+        if new.is_small:
+            return new
+        if self._place is None or not self._place.is_of(*matrices):
+            self._place = new
+        return self._place
+
+
+class LocalDynamics:
+    """M a = f + Gᵀλ + Wᵀμ, G a = γ at a state, W being the rows of stops, then frictions.
+
+    They are solved when something is asked that follows from it; many events need rows and speeds alone.
+
+    Parameters
+    ----------
+    equations : ContactEquations
     p : ndarray
-        With the senses in which frictions slide; these forces are in f, but for those in proportion to reactions.
+        As of `ContactEquations.at`; it must not be changed any more.
     t : float [s]
     state : ndarray, shape (nq + nv,)
 
@@ -116,47 +230,56 @@ class LocalDynamics:
         W.
     speeds : ndarray, shape (n,)
         Rates of the gaps, and sliding speeds.
-    compliance : ndarray, shape (n, n)
-        W H Wᵀ, where H f are the accelerations that forces f cause.
-    led : ndarray of bool, shape (n,)
-        Whose gap or sliding the model's constraints prescribe: forces do not change it.
-    free : ndarray, shape (n,)
-        Accelerations of gaps and slidings with all stops open and no friction sticking.
-    free_multipliers : ndarray, shape (m,)
-        λ there.
-    multiplier_responses : ndarray, shape (m, n)
-        What forces μ add to λ.
     """
 
-    def __init__(self, system: System, p: np.ndarray, t: float, state: np.ndarray):
+    def __init__(self, equations: ContactEquations, p: np.ndarray, t: float, state: np.ndarray):
         self.t, self.state = t, state
-        closed, nv = system.closed, system.nv
-        everything = p.copy()
-        everything[list(closed.switched.values())] = 1.0
-        everything[system.n_settable + Layout(system).aimed] = 0.0  # both rows of a circle in fixed axes
-        own = list(closed.switched)
-        others = [row for row in range(closed.m) if row not in closed.switched]
-        jacobian = closed.kernel("constraint_jacobian")(t, state, everything).reshape(closed.m, nv)
-        gamma = closed.kernel("gamma")(t, state, everything)
-        self.rows = jacobian[own]
-        self.speeds = closed.kernel("constraint_residual")(t, state, everything)[closed.nh :][own]
-        self._constraints = jacobian[others]
-        mass = system.kernel("mass_matrix")(t, state, p).reshape(nv, nv)
-        forces = system.kernel("forces")(t, state, p)
-        self._solve = _saddle_point_solver(mass, jacobian[others])
-        right = np.zeros((nv + len(others), 1 + len(own)))
-        right[:nv, 0], right[nv:, 0] = forces, gamma[others]
-        right[:nv, 1:] = self.rows.T
-        both = self._solve(right)
-        solved = both[:nv]
-        self.free_multipliers, self.multiplier_responses = -both[nv:, 0], -both[nv:, 1:]
-        self._free_rates, self._responses = solved[:, 0], solved[:, 1:]
-        self.free = self.rows @ solved[:, 0] - gamma[own]
-        self.compliance = self.rows @ self._responses
-        self.compliance = 0.5 * (self.compliance + self.compliance.T)
-        inertia = np.diag(mass)
-        alone = self.rows**2 @ np.divide(1.0, inertia, out=np.zeros(nv), where=inertia > 0.0)
-        self.led = np.diag(self.compliance) <= _LED * alone
+        self._equations, self._p, self._all = equations, p, equations.with_all_rows(p)
+        system, closed = equations.system, equations.system.closed
+        jacobian = closed.kernel("constraint_jacobian")(t, state, self._all).reshape(closed.m, system.nv)
+        residual = closed.kernel("constraint_residual")(t, state, self._all)
+        self.rows, self._constraints = jacobian[equations.own], jacobian[equations.others]
+        self.speeds = residual[closed.nh :][equations.own]
+
+    @functools.cached_property
+    def _mass(self) -> np.ndarray:
+        system = self._equations.system
+        return system.kernel("mass_matrix")(self.t, self.state, self._p).reshape(system.nv, system.nv)
+
+    @functools.cached_property
+    def _solution(self) -> Solution:
+        equations, system = self._equations, self._equations.system
+        gamma = system.closed.kernel("gamma")(self.t, self.state, self._all)
+        forces = system.kernel("forces")(self.t, self.state, self._p)
+        place = equations.place(self._mass, self._constraints, self.rows)
+        return place.solve(forces, gamma[equations.others], gamma[equations.own])
+
+    @property
+    def compliance(self) -> np.ndarray:
+        """W H Wᵀ, shape (n, n), where H f are the accelerations that forces f cause."""
+        return self._solution.compliance
+
+    @property
+    def free(self) -> np.ndarray:
+        """Accelerations of gaps and slidings, shape (n,), with all stops open and no friction sticking."""
+        return self._solution.free
+
+    @property
+    def free_multipliers(self) -> np.ndarray:
+        """λ there, shape (m,)."""
+        return self._solution.free_multipliers
+
+    @property
+    def multiplier_responses(self) -> np.ndarray:
+        """What forces μ add to λ, shape (m, n)."""
+        return self._solution.multiplier_responses
+
+    @property
+    def led(self) -> np.ndarray:
+        """Whose gap or sliding the model's constraints prescribe, shape (n,): forces do not change it."""
+        inertia = self._mass.diagonal()
+        alone = self.rows**2 @ np.divide(1.0, inertia, out=np.zeros(len(inertia)), where=inertia > 0.0)
+        return self.compliance.diagonal() <= _LED * alone
 
     @property
     def has_dependent_constraints(self) -> bool:
@@ -167,24 +290,23 @@ class LocalDynamics:
 
     def accelerations(self, forces: np.ndarray) -> np.ndarray:
         """Return dv/dt, shape (nv,), under forces, shape (n,), of stops and frictions."""
-        return self._free_rates + self._responses @ forces
+        return self._solution.free_rates + self._solution.responses @ forces
 
     def change(self, impulses: np.ndarray) -> np.ndarray:
         """Return the change of the rates, shape (nv,), by impulses, shape (n,), on stops and frictions."""
-        return self._responses @ impulses
+        return self._solution.responses @ impulses
 
     def turned(self, rotation: np.ndarray) -> LocalDynamics:
         """Return the same with other rows: combinations of these, by an orthogonal matrix of shape (n, n)."""
-        other = copy.copy(self)
+        other, own = copy.copy(self), self._solution
         other.rotation = rotation
-        other.rows, other.speeds, other.free = (
-            rotation @ self.rows,
-            rotation @ self.speeds,
-            rotation @ self.free,
+        other.rows, other.speeds = rotation @ self.rows, rotation @ self.speeds
+        other._solution = own._replace(
+            free=rotation @ own.free,
+            compliance=rotation @ own.compliance @ rotation.T,
+            multiplier_responses=own.multiplier_responses @ rotation.T,
+            responses=own.responses @ rotation.T,
         )
-        other.compliance = rotation @ self.compliance @ rotation.T
-        other.multiplier_responses = self.multiplier_responses @ rotation.T
-        other._responses = self._responses @ rotation.T
         return other
 
     def holding(self, held: np.ndarray, speeds: np.ndarray) -> np.ndarray:
@@ -197,19 +319,32 @@ class LocalDynamics:
         return self.change(impulses)
 
 
-def _saddle_point_solver(mass: np.ndarray, jacobian: np.ndarray):
+def _symmetric(matrix: np.ndarray) -> np.ndarray:
+    return 0.5 * (matrix + matrix.T)
+
+
+def _saddle_point_solver(mass: np.ndarray, jacobian: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
     """Return x(right) with [M Gᵀ; G 0] x = right; of least norm where constraints are redundant."""
     n, m = len(mass), len(jacobian)
-    matrix = np.block([[mass, jacobian.T], [jacobian, np.zeros((m, m))]])
+    matrix = np.zeros((n + m, n + m))
+    matrix[:n, :n], matrix[:n, n:], matrix[n:, :n] = mass, jacobian.T, jacobian
     scale = np.ones(n + m)
     for _ in range(2):
         largest = np.abs(matrix * np.outer(scale, scale)).max(axis=1)
         scale /= np.sqrt(np.where(largest > 0.0, largest, 1.0))
     scaled = matrix * np.outer(scale, scale)
-    solve = _sparse_solver(scaled) if n + m > LARGEST_DENSE else None
-    if solve is None:
+    if n + m <= _FEW:
         return lambda right: scale[:, None] * np.linalg.lstsq(scaled, scale[:, None] * right, rcond=_RANK)[0]
+    solve = _sparse_solver(scaled) or _least_norm_solver(scaled)
     return lambda right: scale[:, None] * solve(scale[:, None] * right)
+
+
+def _least_norm_solver(matrix: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    """Return x(right) of least norm that comes nearest to matrix x = right, by singular values."""
+    left, values, right = np.linalg.svd(matrix)
+    kept = values > _RANK * values[0]
+    left, values, right = left[:, kept].T, values[kept, None], right[kept].T
+    return lambda given: right @ ((left @ given) / values)
 
 
 def _sparse_solver(matrix: np.ndarray) -> Callable[[np.ndarray], np.ndarray] | None:

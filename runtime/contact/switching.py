@@ -70,13 +70,6 @@ class Holding(Instant):
         self._check_unique(here, in_touch, kept[self.n_stops :], levels, forces)
         return self._with_aims(here, kept, levels, forces)
 
-    @property
-    def _in_circles(self) -> np.ndarray:
-        """Which frictions are directions of one that has two."""
-        found = np.zeros(self.n - self.n_stops, dtype=bool)
-        found[self.layout.circles] = True
-        return found
-
     def _far_from_limit(self, forces: np.ndarray, most: np.ndarray) -> np.ndarray:
         """Which frictions are to hold what several could: all, but those of two directions that can take no more."""
         return ~self._in_circles | (self.layout.together(np.abs(forces)) < _FAR * most)
@@ -88,8 +81,8 @@ class Holding(Instant):
 
         An aim lasts until it would miss by what the tolerances allow: of a friction F whose direction turns at the rate
         w, sliding along a fixed one for φ/w makes an error of F φ³/(6 w) in the speed, where F/w is a speed of the
-        motion. To fixed steps it is renewed until the friction no longer stops the sliding within one of them; and what
-        comes to rest within one keeps its direction.
+        motion. To fixed steps it is renewed until the friction no longer stops the sliding within one of them (or as
+        many as the method's `aimed_steps`); and what comes to rest within one keeps its direction.
         """
         if not len(self.layout.circles):
             return kept
@@ -112,6 +105,7 @@ class Holding(Instant):
         if step:
             c, slope = levels.linear(here, forces, 1.0)
             stopped = (c + slope @ forces)[rows] * np.diag(turned.compliance)[along] * step
+            stopped *= self.arrays.aimed_steps
             rising = (turned.free + turned.compliance @ (turned.rotation @ forces))[along] > 0.0
             angles = np.where(aimed & ~rising, _ANY_ANGLE, angles)
             bounds = np.where(aimed, _CLEARLY * stopped, np.where(turns, stopped, 0.0))
@@ -285,7 +279,7 @@ class Holding(Instant):
         size = max(1.0, np.abs(here.state).max(initial=0.0))
         ahead = _AHEAD * (size / speed if speed > 0.0 else 1.0)
         state = np.concatenate([Positions(system).retract(q, ahead * v), v + ahead * change])
-        return LocalDynamics(system, self.arrays.p, here.t + ahead, state)
+        return self.equations.at(self.arrays.p, here.t + ahead, state)
 
     def _share(self, here: LocalDynamics, others: np.ndarray, forces: np.ndarray) -> None:
         """Let frictions whose motion others hold already keep the part of the force that they have."""
@@ -304,6 +298,8 @@ class Holding(Instant):
     def _check_unique(
         self, here: LocalDynamics, touching: np.ndarray, stuck: np.ndarray, levels: Levels, forces: np.ndarray
     ) -> None:
+        if not self._coupled.any():
+            return
         directions = self._directions(here)
         self._solved(lambda: check_unique(here, touching, stuck, directions, levels, forces))
 
@@ -455,6 +451,7 @@ def _adds_energy(here: LocalDynamics, x: np.ndarray) -> bool:
 
 _VIOLATED = 1e-6  # gap at the start, in parts of the coordinates' sizes, from which on it is an error
 _WITHIN_STEPS = 2.0  # the pull may grow while a gap opens
+_STEPS_BEFORE_REST = 1e3
 _AT_REST = 1e-6  # of what a sliding speed changes by in a step: at its event it is zero but for round-off
 
 
@@ -551,7 +548,31 @@ class Switching(Holding):
         return "" if on_its_way else "turn"
 
     def objection(self) -> str:
-        """Why there is no going on from here: reactions are not unique, or friction with them leaves no one motion."""
+        """Why there is no going on from here: what `_paradox` says, or a direction that turns too fast."""
+        return self._paradox() or self._turns_too_fast()
+
+    def _turns_too_fast(self) -> str:
+        """Which friction in a plane is so near to rest that its direction turns in the last steps."""
+        if not self.turning.any():
+            return ""
+        here = self._here()
+        try:
+            pulled = self.layout.together(np.abs(here.free[self.n_stops :]))
+        except np.linalg.LinAlgError:  # not a number: another reason to stop
+            return ""
+        rest = self._sliding(here) / np.maximum(pulled, 1e-300)  # [s]
+        near = self.turning & (rest <= _STEPS_BEFORE_REST * self.arrays.h_last)
+        if not near.any():
+            return ""
+        k = int(np.flatnonzero(near)[0])
+        name, t, speed = self.names[self.n_stops + k], self.arrays.t, self._sliding(here)[k]
+        return (
+            f"friction in two directions ({name}) is almost at rest at t = {t:.9g} s ({speed:.1e} in speed), "
+            "where its direction turns faster than steps follow: use dop853 or radau5"
+        )
+
+    def _paradox(self) -> str:
+        """Why reactions are not unique, or friction with them leaves no one motion."""
         if not self._coupled.any():
             return ""
         here = self._here()
@@ -579,7 +600,7 @@ class Switching(Holding):
         h = float(arrays.control[at.H_LAST])
         y = arrays.y[:n].copy()
         y = Positions(self.system).retract(y[:nq], h * y[nq:]), y[nq:]
-        return LocalDynamics(self.system, arrays.p, arrays.t + h, np.concatenate(y))
+        return self.equations.at(arrays.p, arrays.t + h, np.concatenate(y))
 
     def _came_to_rest(self, here: LocalDynamics) -> np.ndarray:
         """Which frictions have no speed if they fired; those that follow reactions may have come to a paradox."""
@@ -658,8 +679,9 @@ class Switching(Holding):
         """Let all that slides do so in the direction of its speed; an aim that the motion still has is kept."""
         speeds, sizes = here.speeds[self.n_stops :], self._sliding(here)
         circles = self._in_circles
-        along = here.turned(self.layout.turned(self.senses, self.aimed)).speeds[self.n_stops :]
-        kept = self.aimed.copy()
+        kept, along = self.aimed.copy(), speeds
+        if kept.any():
+            along = (self.layout.turned(self.senses, kept) @ here.speeds)[self.n_stops :]
         for i, j in self.layout.circles:
             is_set = aims is not None and aims[i]
             kept[[i, j]] &= is_set or (along[i] > 0.0 and abs(along[j]) <= _OFF_AIM * along[i])

@@ -75,6 +75,9 @@ class Method:
     oscillation_error : float
         Of methods of fixed step: what an undamped oscillation of rate w is off by, in phase or in parts of its
         amplitude, per radian and (step w)^order, for short steps.
+    aimed_steps : float
+        Of fixed step: for as many steps friction in a plane keeps its direction before it stops the sliding. Methods
+        whose accelerations lag do not follow one that turns in a few steps.
     needs_plain_rates : bool
         Works only where the rates are dq/dt (nq == nv): not with quaternions.
     refusal : callable
@@ -111,6 +114,7 @@ class Method:
     passes_dependence: bool = False
     steps_per_period: int = 50
     oscillation_error: float = 0.0
+    aimed_steps: float = 1.0
     needs_plain_rates: bool = False
     refusal: Callable[[System], str] = lambda system: ""
     versions: Callable[[System], dict[int, tuple[int, Any]]] | None = None

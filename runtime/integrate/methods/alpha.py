@@ -31,6 +31,7 @@ def _alpha(name: str, oscillation_error: float) -> Method:
         family="symgen.runtime.integrate.generalized_alpha:advance_generalized_alpha",
         coefficients=parameters, work_size=work_size, evaluations=EVALUATIONS_PER_STAGE, purpose=_PURPOSE,
         kernels=("residual_jacobian",), stiff=True, oscillation_error=oscillation_error,
+        aimed_steps=4.0,
     )  # fmt: skip
 
 
