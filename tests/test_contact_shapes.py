@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import sympy
 from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline, RectBivariateSpline
 from scipy.optimize import lsq_linear, minimize
 from scipy.spatial.transform import Rotation
 from scipy.special import ellipk
@@ -90,6 +91,9 @@ SHAPES = {
         ("capsule", "sphere"),
         ("sphere", "box"),
         ("box", "sphere"),
+        ("capsule", "box"),
+        ("box", "capsule"),
+        ("capsule", "capsule"),
     ],
 )
 def test_gaps_between_bodies_are_least_distances(one, two):
@@ -113,8 +117,70 @@ def test_gaps_between_bodies_are_least_distances(one, two):
             n_apart += 1
             expected = distance - SHAPES[one][2] - SHAPES[two][2]
             found = gaps(system, np.concatenate([*poses, np.zeros(12)]))
-            np.testing.assert_allclose(found, [expected], atol=1e-7)
+            assert found.min() == pytest.approx(expected, abs=1e-7)
+            assert len(found) == {"capsulecapsule": 5, "capsulebox": 6, "boxcapsule": 6}.get(one + two, 1)
     assert n_apart >= 8
+
+
+def capsule_over_box(e: float | None, place: tuple, turn, spin=(0, 0, 0), **more) -> Model:
+    """A capsule that falls on a box that does not move."""
+    m = Model("log", gravity=(0, 0, "-9.81 m/s^2"))
+    q = Rotation.from_rotvec(turn).as_quat()[[3, 0, 1, 2]]
+    free_body(m, "log", {"capsule": [0.05, 0.6]}, (*place, *q), (0, 0, 0, *spin))
+    m.body("block", mass=1, shape={"box": [0.2, 0.3, 0.1]})
+    m.joint("held", type="fixed", child="block")
+    m.contact("hit", body="log", other="block", restitution=e, **more)
+    return m
+
+
+@pytest.mark.parametrize("method", ["dop853", "radau5"])
+def test_a_capsule_on_an_edge_parts_as_newton_says(method):
+    """The nearest places are found by bounded least squares, the impulse by the momentum that it takes."""
+    m = capsule_over_box(0.6, (0.05, 0.02, 0.4), (0.2, 1.3, 0.1), (0.3, -1.0, 0.5))
+    hit = m.derive().run(t_end=0.5, method=method, rtol=1e-10, atol=1e-12).events[0]
+    assert hit.action == "impact" and hit.name in [f"hit_{k}" for k in (3, 4, 5, 6)]
+    turn = matrix(hit.q_before)
+    spanned = np.hstack([turn @ [[0], [0], [0.3]], -np.diag([0.1, 0.15, 0.05])])
+    shares = lsq_linear(spanned, -hit.q_before[:3], (-1, 1), tol=1e-15).x
+    apart = hit.q_before[:3] + spanned @ shares
+    normal = apart / np.linalg.norm(apart)
+    assert np.linalg.norm(apart) == pytest.approx(0.05, abs=1e-9)
+    arm = spanned[:, 0] * shares[0] - 0.05 * normal
+    inertia = turn @ np.diag([0.02, 0.03, 0.04]) @ turn.T
+    lever = np.linalg.solve(inertia, np.cross(arm, normal))
+    before = hit.v_before[:3] @ normal + (turn @ hit.v_before[3:6]) @ np.cross(arm, normal)
+    impulse = -1.6 * before / (1 + np.cross(arm, normal) @ lever)
+    np.testing.assert_allclose(hit.v_after[:3], hit.v_before[:3] + impulse * normal, atol=1e-7)
+    np.testing.assert_allclose(hit.v_after[3:6], hit.v_before[3:6] + impulse * turn.T @ lever, atol=1e-7)
+
+
+@pytest.mark.parametrize("method", ["dop853", "radau5"])
+def test_a_capsule_comes_to_rest_across_a_box(method):
+    m = capsule_over_box(0.3, (0.03, 0.02, 0.2), (0, np.pi / 2, 0))
+    run = m.derive().run(t_end=0.8, method=method)
+    assert run.ok
+    assert run["log_free_z"][-1] == pytest.approx(0.1, abs=1e-7)
+    np.testing.assert_allclose(run.v[-1], 0.0, atol=1e-9)
+    # The weight is shared by two edges at x = 0.1 and -0.1.
+    forces = np.array([run[f"force(hit_{k})"][-1] for k in range(1, 7)])
+    assert np.sum(forces) == pytest.approx(G, rel=1e-7) and np.sum(forces > 1e-3) == 2
+    assert np.sort(forces)[-1] == pytest.approx(G * 0.13 / 0.2, rel=1e-5)
+
+
+@pytest.mark.parametrize("method", ["dop853", "radau5"])
+def test_a_capsule_that_gives_way_lies_on_two_edges(method):
+    m = capsule_over_box(None, (0, 0, 0.2), (0, np.pi / 2, 0), stiffness="1e5 N/m^1.5", damping="0.2 s/m")
+    run = m.derive().run(t_end=0.4, method=method, rtol=1e-10, atol=1e-12)
+
+    def rates(_, s):
+        depth = max(0.1 - s[0], 0.0)
+        return [s[1], max(2e5 * depth**1.5 * (1 - 0.3 * s[1]), 0.0) - G]
+
+    expected = solve_ivp(rates, (0, 0.4), [0.2, 0], "Radau", rtol=1e-11, atol=1e-13, max_step=1e-3).y[:, -1]
+    assert run.ok
+    np.testing.assert_allclose(
+        [run["log_free_z"][-1], run["log_free_vz"][-1]], expected, rtol=1e-5, atol=1e-6
+    )
 
 
 def test_capsules_in_a_plane_touch_at_their_ends():
@@ -202,6 +268,88 @@ def test_a_ball_bounces_off_a_bowl_along_the_normal_at_the_foot():
     normal = np.array([-2 * foot[0], -foot[1], 1.0]) / np.sqrt(1 + 4 * foot[0] ** 2 + foot[1] ** 2)
     np.testing.assert_allclose(place, [*foot, foot[0] ** 2 + foot[1] ** 2 / 2] + 0.05 * normal, atol=1e-7)
     np.testing.assert_allclose(hit.v_after[:3], before - 1.7 * (before @ normal) * normal, atol=1e-6)
+
+
+def test_a_sphere_over_tables_is_as_far_as_the_foot_on_splines_of_scipy():
+    x = np.linspace(-2, 2, 30)
+    m = Model("curve", gravity=(0, "-9.81 m/s^2"))
+    m.table("land", columns=[x.tolist(), (0.1 * np.sin(3 * x)).tolist()], kind="cubic", outside="extend")
+    planar_body(m, "ball", {"sphere": [0.1]})
+    m.contact("ground", body="ball", height="land(here_x)")
+    system, rng, curve = m.derive(), np.random.default_rng(5), CubicSpline(x, 0.1 * np.sin(3 * x))
+    for _ in range(10):
+        at = rng.uniform(-1.5, 1.5)
+        y = curve(at) + rng.uniform(0.08, 0.15)
+        least = minimize(lambda f, c=(at, y): (f[0] - c[0]) ** 2 + (curve(f[0]) - c[1]) ** 2, [at], tol=1e-15)
+        found = gaps(system, np.array([at, y, 0, 0, 0, 0]))[0]
+        assert found == pytest.approx(np.sqrt(least.fun) - 0.1, abs=1e-10)
+    x = np.linspace(-1.5, 1.5, 6)
+    heights = hills(*np.meshgrid(x, x, indexing="ij"))
+    m, land = Model("map"), RectBivariateSpline(x, x, heights)
+    columns = [*(a.ravel().tolist() for a in np.meshgrid(x, x, indexing="ij")), heights.ravel().tolist()]
+    m.table("land", columns=columns, kind="cubic", outside="extend")
+    free_body(m, "ball", {"sphere": [0.1]})
+    m.contact("ground", body="ball", height="land(here_x, here_y)")
+    system = m.derive()
+    for _ in range(10):
+        place = np.array([*rng.uniform(-1, 1, 2), 0])
+        place[2] = land(*place[:2])[0, 0] + rng.uniform(0.08, 0.15)
+        least = minimize(
+            lambda f, c=place: np.sum((f - c[:2]) ** 2) + (land(*f)[0, 0] - c[2]) ** 2, place[:2], tol=1e-15
+        )
+        found = gaps(system, np.concatenate([place, [1, 0, 0, 0], np.zeros(6)]))[0]
+        assert found == pytest.approx(np.sqrt(least.fun) - 0.1, abs=1e-10)
+
+
+@pytest.mark.parametrize("method", ["dop853", "radau5"])
+@pytest.mark.parametrize(
+    "law",
+    [
+        {"restitution": 0.5, "friction": 0.3},
+        {"stiffness": "1e5 N/m^1.5", "damping": "0.2 s/m", "friction": 0.3, "smooth": "1e-2 m/s"},
+    ],
+    ids=["rigid", "compliant"],
+)
+def test_a_ball_on_a_table_moves_as_on_the_formula(method, law):
+    """A parabola: the cubic through its knots is the parabola."""
+    knots, found = np.linspace(-1, 1, 9), []
+    for height in ("valley(here_x)", "here_x^2/one"):
+        m = Model("valley", gravity=(0, "-9.81 m/s^2"))
+        m.parameter("one", "1 m")
+        m.table(
+            "valley",
+            columns=[knots.tolist(), (knots**2).tolist()],
+            kind="cubic",
+            outside="extend",
+            units=["m"] * 2,
+        )
+        planar_body(m, "body", {"sphere": [0.1]}, (0.4, 0.32, 0.2), (0.1, 0.0, 3.0))
+        m.contact("ground", body="body", height=height, **law)
+        run = m.derive().run(t_end=0.4, method=method, rtol=1e-10, atol=1e-12)
+        assert run.ok and (run.events or "stiffness" in law)
+        found.append(run.states[-1])
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-6, atol=1e-7)
+
+
+def test_a_compliant_point_on_a_table_gives_way_as_on_the_formula():
+    """Where slopes of a table stand in a force, they stay slopes."""
+    knots, found = np.linspace(-1, 1, 9), []
+    for height in ("valley(here_x)", "here_x^2/one"):
+        m = Model("valley", gravity=(0, "-9.81 m/s^2"))
+        m.parameter("one", "1 m")
+        m.table(
+            "valley",
+            columns=[knots.tolist(), (knots**2).tolist()],
+            kind="cubic",
+            outside="extend",
+            units=["m"] * 2,
+        )
+        planar_body(m, "body", {"sphere": [0.1]}, (0.4, 0.3, 0.2), (0.1, 0.0, 0.0))
+        m.contact("ground", body="body", shape={"sphere": [0]}, height=height, stiffness="1e4 N/m^1.5")
+        run = m.derive().run(t_end=0.4, method="dop853", rtol=1e-10, atol=1e-12)
+        assert run.ok
+        found.append(run.states[-1])
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-6, atol=1e-7)
 
 
 def test_a_surface_may_be_a_curve():
@@ -450,6 +598,10 @@ columns = [[0, 1], [0, 0.1]]
 kind = "cubic"
 outside = "extend"
 
+[tables.short]
+columns = [[0, 1], [0, 0.1]]
+kind = "pchip"
+
 [contacts.floor]
 body = "box"
 """
@@ -488,7 +640,7 @@ def test_text_and_builder_say_the_same(lines):
         ("stiffness = \"1e5 N/m\"", "units do not match"),
         ("shape = { cone = [0.1, 0.2] }", "a cone of 'box' is no shape that touches"),
         ("height = \"abs(here_x)\"", "is not known"),
-        ("height = \"land(here_x)\"\nshape = { sphere = [0.1] }", "a surface that is a table"),
+        ("height = \"short(here_x)\"\nshape = { sphere = [0.1] }", "beyond the ends of 'short', which refuses"),
         ("height = \"x\"", "cannot depend on a coordinate"),
         ("height = \"here_z\"", "here_z"),
         ("bodies = \"box\"", "unknown key"),
@@ -500,12 +652,12 @@ def test_what_cannot_touch_is_refused(lines, says):
     assert says in str(error.value)
 
 
-def test_a_box_and_a_capsule_are_refused_with_a_remedy():
+def test_a_box_and_a_capsule_in_a_plane_are_refused_with_a_remedy():
     m = Model("boxes")
-    for name, shape in (("a", {"box": EDGES}), ("b", {"capsule": [0.1, 0.2]})):
-        free_body(m, name, shape)
-    m.contact("hit", body="a", other="b")
-    with pytest.raises(ModelError, match=r"a box and a capsule .* spheres at its corners"):
+    planar_body(m, "b", {"capsule": [0.1, 0.2]})
+    planar_body(m, "c", {"box": [0.1, 0.2, 0.1]})
+    m.contact("hit", body="b", other="c")
+    with pytest.raises(ModelError, match=r"a capsule and a box .* spheres at its corners"):
         m.describe()
 
 

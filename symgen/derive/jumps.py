@@ -26,6 +26,7 @@ from ..model.functions import (
     INTEGRAL,
     PIECE,
     PLACE,
+    SLOPE,
     Tabulated,
     at_most,
     branch,
@@ -217,6 +218,8 @@ class _Branches:
         n = len(args)
         if not any(map(self._moves, e.args)):
             return e
+        if e.func.role.startswith(SLOPE):  # of a smooth surface: steps end at the knots of its values
+            return e.func(*args)
         numbers = []
         for axis, (argument, inner) in enumerate(zip(e.args, args, strict=True)):
             place = tabulated(e.func.table, PLACE, 1, axis)

@@ -27,9 +27,10 @@ from .mesh import hull_of
 from .orientation import Expressions
 from .ready_made import HALF, WORLD
 from .rolling import velocity_by_turning
+from .segments import SIDES, Features, Nearest, Segment, chosen_one, skew_edges
 from .solids import together, turned
 from .sources import Sources
-from .surfaces import Surface, define, moved
+from .surfaces import Definitions, Surface, define, moved
 from .unevaluated import difference, inverted, negated, product, squared, total
 
 MOST_POINTS = 64  # of one contact
@@ -71,7 +72,7 @@ class Written:
     stops: list[Stop] = field(default_factory=list)
     frictions: list[Friction] = field(default_factory=list)
     contacts: list[Contact] = field(default_factory=list)
-    definitions: list[tuple[str, algebra.Expr]] = field(default_factory=list)
+    definitions: Definitions = field(default_factory=Definitions)
     events: list[Event] = field(default_factory=list)
 
 
@@ -138,7 +139,7 @@ class _Geometry:
         d: Description,
         pair: ContactPair,
         sources: Sources,
-        definitions: list[tuple[str, algebra.Expr]],
+        definitions: Definitions,
     ) -> None:
         self.writer, self.d, self.pair, self.sources = writer, d, pair, sources
         self.definitions = definitions
@@ -232,7 +233,7 @@ class _Geometry:
         """Over a height field: a point by its height, a sphere by the foot of the perpendicular."""
         pair, table = self.pair, f"contacts.{self.pair.name}"
         given = (table, pair.name, pair.plane, pair.height, self.planar)
-        surface = Surface(self.writer, self.sources, self.definitions, *given)
+        surface = Surface(self.writer, self.sources, self.definitions, *given, self.d.tables)
         if ball.radius.is_zero:
             foot = surface.point(ball.place)
             return Meeting(foot.away, ball.place, foot.tangents)
@@ -245,6 +246,13 @@ class _Geometry:
         if isinstance(a, Block) and isinstance(b, Block):
             yield from self._boxes(a, b)
             return
+        kinds = {type(a), type(b)}
+        if kinds == {Rod, Block} and not self.planar:
+            rod, block = (a, b) if type(a) is Rod else (b, a)
+            for distance, place, other in self._rod_on_block(rod, block):
+                places = (place, other) if rod is a else (other, place)
+                yield self._apart(*places, a, rod.radius, distance)
+            return
         swapped = (type(b), type(a)) in _NEAREST
         nearest = _NEAREST.get((type(b), type(a)) if swapped else (type(a), type(b)))
         if nearest is None or (Ball in (type(a), type(b)) and self._has_corners(a, b)):
@@ -256,6 +264,48 @@ class _Geometry:
             raise self._error("other", message, hint)
         for place, other, radius in nearest(b, a) if swapped else nearest(a, b):
             yield self._apart(*((other, place) if swapped else (place, other)), a, radius)
+        if not self.planar and type(a) is Rod and type(b) is Rod:
+            one, two = (Segment(rod.place, rod.along, rod.half) for rod in (a, b))
+            distance, *places = Nearest(self._define).of(one, two)
+            yield self._apart(*places, a, total([a.radius, b.radius]), distance)
+
+    def _rod_on_block(self, rod: Rod, block: Block) -> Iterator[tuple[algebra.Expr, Vector, Vector]]:
+        """How near a capsule's core is to a box, and where: its ends to all of it, what is between them to edges.
+
+        Of four times three edges the nearest ones: what lies on a side of a box goes over edges of that side.
+        """
+        apart = [difference(x, y) for x, y in zip(rod.place, block.place, strict=True)]
+        middle, along = (
+            [self._define(scalar_product(v, axis)) for axis in block.axes] for v in (apart, rod.along)
+        )
+        for side, end in zip(SIDES, rod.ends, strict=True):
+            here = [self._define(x) for x in moved(middle, along, product([side, rod.half]))]
+            inside = [self._define(_within(x, half)) for x, half in zip(here, block.halves)]
+            away = total([squared(difference(x, y)) for x, y in zip(here, inside)])
+            distance = algebra.Pow(away, HALF, evaluate=False)
+            yield distance, end.place, self._from_block(block, inside)
+        segment, nearest = Segment(middle, along, rod.half), Nearest(self._define)
+        for edges in skew_edges(block.halves):
+            values, numbers = [], []
+            for k, place in edges:
+                direction = [algebra.ONE if i == k else algebra.ZERO for i in range(3)]
+                edge = Segment(place, direction, block.halves[k])
+                square, own, other = nearest.found(segment, edge)
+                values.append(square)
+                numbers.append([*direction, own.end, own.between, other.end, other.between])
+            *which, end, between, other_end, other_between = nearest.least(values, numbers)
+            half = total([product([k, h]) for k, h in zip(which, block.halves)])
+            edge = Segment(chosen_one(which, [place for _, place in edges]), which, half)
+            found = segment, edge, Features(end, between), Features(other_end, other_between)
+            places = (self._from_block(block, place) for place in nearest.on(*found))
+            yield nearest.distance(*found), *places
+
+    def _from_block(self, block: Block, place: Vector) -> Vector:
+        """The world coordinates of a place in a box's axes."""
+        there = block.place
+        for x, axis in zip(place, block.axes, strict=True):
+            there = moved(there, axis, x)
+        return there
 
     def _boxes(self, a: Block, b: Block) -> Iterator[Meeting]:
         boxes = Boxes(a, b, self._define)
@@ -270,10 +320,13 @@ class _Geometry:
     def _has_corners(self, a: Any, b: Any) -> bool:
         return any(isinstance(x, Ball) and x.radius.is_zero for x in (a, b))
 
-    def _apart(self, place: Vector, other: Vector, a: Any, radius: algebra.Expr) -> Meeting:
+    def _apart(
+        self, place: Vector, other: Vector, a: Any, radius: algebra.Expr, distance: algebra.Expr | None = None
+    ) -> Meeting:
         """The gap between the nearest places of the cores of two shapes, less both radii."""
         apart = [difference(x, y) for x, y in zip(place, other, strict=True)]
-        distance = algebra.Pow(total(map(squared, apart)), HALF, evaluate=False)
+        if distance is None:
+            distance = algebra.Pow(total(map(squared, apart)), HALF, evaluate=False)
         normal = [product([x, inverted(distance)]) for x in apart]
         own = algebra.ZERO if isinstance(a, Block) else a.radius
         touch = moved(place, normal, negated(own))
@@ -330,22 +383,22 @@ def _within(x: algebra.Expr, half: algebra.Expr) -> algebra.Expr:
     return negated(smooth_minimum(negated(upper), half, evaluate=False))
 
 
-Nearest = Iterator[
+Places = Iterator[
     tuple[Vector, Vector, algebra.Expr]
 ]  # places on the cores of both shapes, and what is around them
 
 
-def _ball_to_ball(a: Ball, b: Ball) -> Nearest:
+def _ball_to_ball(a: Ball, b: Ball) -> Places:
     yield a.place, b.place, total([a.radius, b.radius])
 
 
-def _ball_to_rod(a: Ball, b: Rod) -> Nearest:
+def _ball_to_rod(a: Ball, b: Rod) -> Places:
     apart = [difference(x, y) for x, y in zip(a.place, b.place, strict=True)]
     along = _within(scalar_product(apart, b.along), b.half)
     yield a.place, moved(b.place, b.along, along), total([a.radius, b.radius])
 
 
-def _ball_to_block(a: Ball, b: Block) -> Nearest:
+def _ball_to_block(a: Ball, b: Block) -> Places:
     apart = [difference(x, y) for x, y in zip(a.place, b.place, strict=True)]
     nearest = b.place
     for axis, half in zip(b.axes, b.halves, strict=True):
@@ -353,7 +406,7 @@ def _ball_to_block(a: Ball, b: Block) -> Nearest:
     yield a.place, nearest, a.radius
 
 
-def _rod_to_rod(a: Rod, b: Rod) -> Nearest:
+def _rod_to_rod(a: Rod, b: Rod) -> Places:
     """In a plane, two rods that do not cross are nearest to each other at one of four ends."""
     for end in a.ends:
         yield from _ball_to_rod(end, b)
@@ -362,7 +415,7 @@ def _rod_to_rod(a: Rod, b: Rod) -> Nearest:
             yield other, place, radius
 
 
-_NEAREST: Mapping[tuple[type, type], Callable[[Any, Any], Nearest]] = {
+_NEAREST: Mapping[tuple[type, type], Callable[[Any, Any], Places]] = {
     (Ball, Ball): _ball_to_ball,
     (Ball, Rod): _ball_to_rod,
     (Ball, Block): _ball_to_block,

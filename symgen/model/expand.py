@@ -24,6 +24,7 @@ from .rotors import write_rotor
 from .sensors import resolve
 from .solids import picture, together
 from .sources import Sources
+from .surfaces import Definitions
 from .unevaluated import difference, negated, product, squared, total
 
 
@@ -143,7 +144,7 @@ def _with_elements(
     writer.terms["potential"] += write_gravity(writer)
     for attractor in d.attractors:
         writer.drawings.append(Drawing(attractor.name, "pin", (attractor.at,)))
-    surfaces: list[tuple[str, algebra.Expr]] = []
+    surfaces = Definitions()
     rolling = [(r, c) for r in d.rolling for c in write_rolling(writer, r, sources, surfaces)]
     writer.terms["kinetic"] += [write_rotor(writer, r) for r in d.rotors]
     closed = write_closures(writer, d, sources)

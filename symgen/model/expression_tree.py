@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 from . import algebra
 from .algebra import postorder
-from .functions import CLASSES, CONDITION_CLASSES, Tabulated, dot, smooth_minimum
+from .functions import CLASSES, CONDITION_CLASSES, Tabulated, dot, settled, smooth_minimum
 
 # SymPy, with which users write, makes the last three of others: tan(x + pi/2), |exp(x)|.
 FUNCTIONS: dict[type, str] = {kind: name for name, kind in (CLASSES | CONDITION_CLASSES).items()} | {
     dot: "dot",
     smooth_minimum: "min",
+    settled: "floor",
     algebra.cot: "cot",
     algebra.re: "real",
     algebra.conjugate: "real",

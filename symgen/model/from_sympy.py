@@ -28,7 +28,7 @@ _ELEMENTARY = (
 )  # fmt: skip
 _OWN = (
     "dot", "minimum", "maximum", "floor", "heaviside", "less", "at_most", "both", "either", "opposite", "where",
-    "branch", "smooth_minimum",
+    "branch", "smooth_minimum", "settled",
 )  # fmt: skip
 # SymPy's class for each of a model's.
 _SYMPY: dict[type, type] = {

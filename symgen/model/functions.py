@@ -66,6 +66,10 @@ class smooth_minimum(minimum):
     """Smaller of two values where it stands in a sum or product that has no kink."""
 
 
+class settled(floor):
+    """Largest whole number that is not above a value, where nothing happens as it changes: it cuts off digits."""
+
+
 class Tabulated(algebra.Function):
     """A table of a model, of one or two arguments; `tabulated` makes a class for each.
 
@@ -117,7 +121,7 @@ CLASSES: dict[str, type] = {
 OF_CLASS = (
     {kind: IN_MODELS[name] for name, kind in CLASSES.items()}
     | {kind: CONDITIONS[name] for name, kind in CONDITION_CLASSES.items()}
-    | {smooth_minimum: IN_MODELS["min"]}
+    | {smooth_minimum: IN_MODELS["min"], settled: IN_MODELS["floor"]}
 )
 
 

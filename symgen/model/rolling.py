@@ -23,7 +23,7 @@ from .names import reference_fault
 from .ready_made import HALF, WORLD
 from .solids import picture
 from .sources import Sources
-from .surfaces import Surface
+from .surfaces import Definitions, Surface
 from .unevaluated import difference, inverted, negated, product, squared, total
 
 ROLLING_KEYS = ("body", "ball", "wheel", "knife", "axis", "at", "plane", "height", "holds")
@@ -140,9 +140,7 @@ def drawn(d: Description) -> tuple[Body, ...]:
     return tuple(result)
 
 
-def write_rolling(
-    writer: Writer, r: Rolling, sources: Sources, definitions: list[tuple[str, algebra.Expr]]
-) -> list[Constraint]:
+def write_rolling(writer: Writer, r: Rolling, sources: Sources, definitions: Definitions) -> list[Constraint]:
     """The constraints of something that rolls; `definitions` grow by the definitions of a surface."""
     body = writer.body[r.body]
     origin, plane = writer.origin(r.plane), writer.directions(r.plane)

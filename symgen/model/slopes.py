@@ -44,7 +44,7 @@ def _of_table(table: Tabulated, axis: int) -> algebra.Expr:
     """The derivative of a table, or of a derivative of one, by an argument."""
     function = table.func
     before = function.role.removeprefix(SLOPE) if function.role.startswith(SLOPE) else ""
-    if function.role != VALUE and not before:
+    if function.role != VALUE and not function.role.startswith(SLOPE):
         raise ModelError(f"the slope of '{shortened(table)}' is not known")
     axes = "".join(sorted(f"{before}{axis}"))
     return tabulated(function.table, SLOPE + axes, len(table.args))(*table.args)

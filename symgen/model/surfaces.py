@@ -11,12 +11,16 @@ plane, which is found in the same way.
 from __future__ import annotations
 
 import itertools
+import math
+from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass
 
 from ..errors import ModelError
 from . import algebra
+from .description import Table
 from .elements import Vector, Writer, cross, scalar_product
-from .functions import Tabulated, smooth_minimum
+from .functions import SLOPE, VALUE, Tabulated, settled, smooth_minimum, tabulated
 from .gravity import HERE
 from .ready_made import HALF
 from .sources import Sources
@@ -42,8 +46,8 @@ class Surface:
     ----------
     writer : Writer
     sources : Sources
-    made : list of (str, expression)
-        The definitions that stand for parts of expressions; it grows.
+    made : Definitions
+        It grows.
     table, name : str
         Of what is on the surface: where errors are, and what names begin with.
     plane : str
@@ -51,21 +55,24 @@ class Surface:
     height : expression
         Of `here_x` and `here_y`.
     planar : bool
+    tables : sequence of Table
+        Of the model.
     """
 
     def __init__(
         self,
         writer: Writer,
         sources: Sources,
-        made: list[tuple[str, algebra.Expr]],
+        made: Definitions,
         table: str,
         name: str,
         plane: str,
         height: algebra.Expr,
         planar: bool,
+        tables: Sequence[Table] = (),
     ) -> None:
         self.writer, self.sources, self.made, self.table, self.name = writer, sources, made, table, name
-        self.height = height
+        self.height, self.tables = height, tables
         x, y, z = writer.directions(plane)
         self.origin = writer.origin(plane)
         self.axes, self.up = ([x], y) if planar else ([x, y], z)
@@ -84,6 +91,8 @@ class Surface:
         (`signed`) it is that along the normal, and there is no choice in it, which a series could not have.
         """
         here, height = self._over(place)
+        if self.height.atoms(Tabulated) and not signed:
+            return self._ball_on_table(here, height, radius)
         foot = self._foot(here, height, radius, signed)
         surface, slopes, _ = self._at(foot)
         unit, normal, tangents = self._directions(slopes)
@@ -92,6 +101,42 @@ class Surface:
         if signed:
             along = [negated(product([s, x])) for s, x in zip(slopes, aside)]
             return Foot(product([unit, total([above, *along])]), normal, tangents)
+        away = algebra.Pow(total([*map(squared, aside), squared(above)]), HALF, evaluate=False)
+        return Foot(away, normal, tangents)
+
+    def _ball_on_table(self, here: Vector, height: algebra.Expr, radius: algebra.Expr) -> Foot:
+        """Below the middle of a ball, where the surface is a table.
+
+        Newton's steps through a table would have derivatives as large as many tables. So the foot that they find is
+        taken as a number, and the surface as its power series there; two steps of Newton's method from the number on
+        that series have the foot's derivatives.
+        """
+        self._refuse_ends()
+        surface = copy(self)
+        surface.height = _without_pieces(self.height)
+        grain = self.define(product([algebra.Float(2.0**-40), radius]))
+        found = surface._foot(here, height, radius, False)
+        start = [
+            self.define(product([grain, settled(product([f, inverted(grain)]), evaluate=False)]))
+            for f in found
+        ]
+        series = surface._series(start)
+        moved_by: Vector = [algebra.ZERO] * len(start)
+        apart = [self.define(difference(f, x)) for f, x in zip(start, here)]
+        for _ in range(2):
+            level, slopes, bends = series.at(moved_by)
+            below = self.define(difference(level, height))
+            left = [
+                self.define(total([a, m, product([below, s])])) for a, m, s in zip(apart, moved_by, slopes)
+            ]
+            matrix = self._bent(below, slopes, bends)
+            moved_by = [
+                self.define(difference(m, step)) for m, step in zip(moved_by, self._solved(matrix, left))
+            ]
+        level, slopes, _ = series.at(moved_by)
+        _, normal, tangents = self._directions(slopes)
+        aside = [total([a, m]) for a, m in zip(apart, moved_by)]
+        above = difference(height, level)
         away = algebra.Pow(total([*map(squared, aside), squared(above)]), HALF, evaluate=False)
         return Foot(away, normal, tangents)
 
@@ -147,6 +192,20 @@ class Surface:
             raise self.sources.locate(error, self.table, "height") from None
         return at(self.height), [at(s) for s in slopes], [[at(b) for b in row] for row in bends]
 
+    def _series(self, place: Vector) -> Series:
+        """The surface about a place, up to the third power."""
+        from .slopes import slope  # SymPy takes longer to import than most models
+
+        names = [algebra.Symbol(x) for x in HERE[: len(place)]]
+        there = dict(zip(names, place, strict=True))
+        terms: dict[tuple[int, ...], algebra.Expr] = {(): self.height}
+        for order in range(1, 4):
+            for axes in itertools.combinations_with_replacement(range(len(place)), order):
+                terms[axes] = slope(terms[axes[:-1]], names[axes[-1]])
+        return Series(
+            {axes: self.define(x.xreplace(there)) for axes, x in terms.items()}, len(place), self.define
+        )
+
     def _directions(self, slopes: Vector) -> tuple[algebra.Expr, Vector, list[Vector]]:
         """How much of what is upright is along the normal, the normal, and the tangents."""
         axes, up = self.axes, self.up
@@ -167,7 +226,8 @@ class Surface:
 
     def _foot(self, here: Vector, height: algebra.Expr, radius: algebra.Expr, held: bool) -> Vector:
         """Where the perpendicular from a place meets the surface: Newton's method for (f - x) + (h - z) dh/df = 0."""
-        self._refuse_tables("a sphere or capsule")
+        if held:
+            self._refuse_tables("a ball that rolls")
         foot = here
         for _ in range(NEWTON_STEPS):
             surface, slopes, bends = self._at(foot)
@@ -181,18 +241,23 @@ class Surface:
                 self.define(total([difference(f, x), product([below, s])]))
                 for f, x, s in zip(foot, here, slopes)
             ]
-            matrix = [
-                [
-                    self.define(
-                        total([algebra.ONE if i == j else algebra.ZERO, product([slopes[i], slopes[j]]),
-                               product([near, bends[i][j]])])
-                    )
-                    for j in range(len(here))
-                ]
-                for i in range(len(here))
-            ]  # fmt: skip
+            matrix = self._bent(near, slopes, bends)
             foot = [self.define(difference(f, step)) for f, step in zip(foot, self._solved(matrix, left))]
         return foot
+
+    def _bent(self, below: algebra.Expr, slopes: Vector, bends: list[Vector]) -> list[Vector]:
+        """The derivative of (f - x) + (h - z) dh/df by f, where h - z is `below`."""
+        axes = range(len(slopes))
+        return [
+            [
+                self.define(
+                    total([algebra.ONE if i == j else algebra.ZERO, product([slopes[i], slopes[j]]),
+                           product([below, bends[i][j]])])
+                )
+                for j in axes
+            ]
+            for i in axes
+        ]  # fmt: skip
 
     def _solved(self, matrix: list[Vector], right: Vector) -> Vector:
         """The solution of one or two equations; what divides has a name, so that it is one to all who look at it."""
@@ -212,6 +277,16 @@ class Surface:
             hint = "write a formula, or let points touch: { sphere = [0] }, a box, a mesh"
             raise self.sources.error(self.table, "height", message, hint=hint)
 
+    def _refuse_ends(self) -> None:
+        """Newton's steps may look where a table has no values."""
+        used = {x.func.table for x in self.height.atoms(Tabulated)}
+        for table in self.tables:
+            if table.name in used and table.outside == "refuse":
+                message = f"a sphere or capsule looks beyond the ends of '{table.name}', which refuses that"
+                raise self.sources.error(
+                    self.table, "height", message, hint='give the table outside = "extend"'
+                )
+
     def _turned(self, down: Vector, side: Vector, angle: algebra.Expr) -> tuple[Vector, Vector]:
         """The direction at an angle from `down` to `side`, and that in which it turns."""
         if angle.is_zero:
@@ -225,18 +300,65 @@ class Surface:
         return [self.define(x) for x in moved(place, along, by)]
 
 
-def define(
-    writer: Writer, name: str, made: list[tuple[str, algebra.Expr]], expression: algebra.Expr
-) -> algebra.Expr:
+@dataclass(frozen=True)
+class Series:
+    """A power series of one or two variables: derivatives by the numbers of the variables, in order."""
+
+    terms: dict[tuple[int, ...], algebra.Expr]
+    n: int
+    define: Callable[[algebra.Expr], algebra.Expr]
+
+    def at(self, moved_by: Vector) -> tuple[algebra.Expr, Vector, list[Vector]]:
+        """The value, its slopes and how they change."""
+        axes = range(self.n)
+        bends = [[self._derivative((i, j), moved_by) for j in axes] for i in axes]
+        return self._derivative((), moved_by), [self._derivative((i,), moved_by) for i in axes], bends
+
+    def _derivative(self, by: tuple[int, ...], moved_by: Vector) -> algebra.Expr:
+        parts = []
+        for order in range(4 - len(by)):
+            share = algebra.Rational(1, math.factorial(order))
+            for more in itertools.product(range(self.n), repeat=order):
+                parts.append(
+                    product([share, self.terms[tuple(sorted((*by, *more)))], *(moved_by[k] for k in more)])
+                )
+        return self.define(total(parts))
+
+
+def _without_pieces(height: algebra.Expr) -> algebra.Expr:
+    """An expression with tables that steps do not end at the knots of: they are smooth, and looked at at numbers."""
+    values = [x for x in height.atoms(Tabulated) if x.func.role == VALUE]
+    plain = {x: tabulated(x.func.table, SLOPE, len(x.args))(*x.args, evaluate=False) for x in values}
+    return height.xreplace(plain)
+
+
+class Definitions(list[tuple[str, algebra.Expr]]):
+    """Definitions that stand for parts of expressions, found by these."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._name: dict[algebra.Expr, str] = {}
+
+    def name_of(self, expression: algebra.Expr) -> str | None:
+        """The name of an expression that has one."""
+        return self._name.get(expression)
+
+    def add(self, name: str, expression: algebra.Expr) -> None:
+        """Give an expression a name."""
+        self._name[expression] = name
+        self.append((name, expression))
+
+
+def define(writer: Writer, name: str, made: Definitions, expression: algebra.Expr) -> algebra.Expr:
     """An expression by a name that begins with `name`, one of `made`, that it may stand in many places."""
     if expression.is_Number or isinstance(expression, algebra.Symbol):
         return expression
-    known = next((name for name, x in made if x == expression), None)
+    known = made.name_of(expression)
     if known is None:
         number = itertools.count(len(made) + 1)
         known = next(x for k in number if (x := f"{name}_surface{k}") not in writer.taken)
         writer.taken.add(known)
-        made.append((known, expression))
+        made.add(known, expression)
     return algebra.Symbol(known)
 
 

@@ -57,6 +57,7 @@ less, at_most, both, either = (
 opposite = _opaque(functions.opposite, 1)
 where, branch = _opaque(functions.where, 3), _opaque(functions.branch, 3)
 smooth_minimum = _opaque(functions.smooth_minimum, 2)
+settled = _opaque(functions.settled, 1)
 
 t = sympy.Symbol("t")  # the time
 

@@ -1,9 +1,9 @@
 """Bodies of random shapes that are thrown on planes and on each other: `python -m tests.stress.contact_shapes`.
 
 Boxes, capsules, spheres and sets of them, planar and in space, with restitutions from 0 to 0.9, with and without
-friction, on level and leaning planes; and spheres that fall on capsules and boxes on a hinge. Each run is judged by
-`thrown_bodies.py`, frame by frame and impact by impact, and against another method at a small tolerance, for as long
-as that method agrees with itself at a larger one. Boxes in space with one corner that touches at a time follow
+friction, on level and leaning planes; and spheres and capsules that fall on capsules and boxes on a hinge. Each run is
+judged by `thrown_bodies.py`, frame by frame and impact by impact, and against another method at a small tolerance, for
+as long as that method agrees with itself at a larger one. Boxes in space with one corner that touches at a time follow
 `tests/falling_bodies.py` as well. A run that is flagged though nothing speaks against it, and though the other method
 tells its end, is doubted.
 """
@@ -26,7 +26,8 @@ from ..falling_bodies import Fall, box_corners
 from .scenario import DOUBTED, FLAGGED, REFUSED, RIGHT, WRONG
 from .thrown_bodies import FLOOR, TARGET_DAMPING, TARGET_INERTIA, Thrown, n_near, objection
 
-KINDS = ("planar", "space", "pair", "reference")
+KINDS = ("planar", "space", "pair", "reference", "rods")
+_PAIRS = ("pair", "rods")  # a body on one on a hinge
 METHOD_NAMES = ("dop853", "taylor", "radau5", "rk4", "gauss8", "bdf")
 _SPAN, _FPS = 0.6, 500  # s; between frames a direction of sliding is taken for its mean
 _STEP = 2e-4  # s, of fixed steps: a direction of sliding that begins is of second order in it
@@ -53,7 +54,7 @@ def thrown(kind: str, rng: np.random.Generator) -> tuple[Model, Thrown]:
         ],
     }
     name = "box" if kind == "reference" else rng.choice(list(shapes))
-    name = "sphere" if kind == "pair" else name
+    name = {"pair": "sphere", "rods": "capsule"}.get(kind, name)
     inertia = rng.uniform(0.5, 1.0, 3) * (sizes @ sizes) / 12
     turn, spin = rng.normal(size=4), rng.normal(size=3) * 5
     turn /= np.linalg.norm(turn)
@@ -74,7 +75,7 @@ def thrown(kind: str, rng: np.random.Generator) -> tuple[Model, Thrown]:
         m.body("body", mass=1.0, inertia=inertia.tolist(), shape=shapes[name])
         start, rate = [0, 0, height, *turn], [*speed, *spin]
         m.joint("free", type="free", child="body", start=start, rate=rate)
-    if kind == "pair":
+    if kind in _PAIRS:
         # On what is fixed but for a hinge, off its middle.
         target = shapes[rng.choice(["box", "capsule"])]
         m.body("target", mass=2.0, inertia=[TARGET_INERTIA] * 3, shape=target)

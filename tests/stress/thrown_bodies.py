@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from itertools import groupby
 
 import numpy as np
+from scipy.optimize import lsq_linear
 from scipy.spatial.transform import Rotation
 
 from ..falling_bodies import box_corners
@@ -129,24 +130,29 @@ class Pose:
             arm = turn.apply(place) - radius * normal
             found.append((height + arm @ normal, arm, normal, np.zeros(3)))
         if self.thrown.target is not None:
-            found.append(self._on_target(self.thrown.shapes[0]["sphere"][0]))
+            found.append(self._on_target())
         return found
 
-    def _on_target(self, radius: float) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
+    def _on_target(self) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
+        """By bounded least squares over the cores of both shapes: what they are without their radius."""
         hinge = Rotation.from_euler("y", self.q[7])
-        place, shape = hinge.inv().apply(self.centre), self.thrown.target
-        if "box" in shape:
-            halves, more = np.array(shape["box"]) / 2, 0.0
-        else:
-            halves, more = np.array([0.0, 0.0, shape["capsule"][1] / 2]), shape["capsule"][0]
-        nearest = np.clip(place, -halves, halves)
-        apart = place - nearest
+        cores, radii = [], []
+        for turn, shape in ((self.turn, self.thrown.shapes[0]), (hinge, self.thrown.target)):
+            halves = np.diag(shape["box"]) / 2 if "box" in shape else np.zeros((3, 3))
+            if "capsule" in shape:
+                halves[2, 2] = shape["capsule"][1] / 2
+            cores.append(turn.apply(halves[np.any(halves, axis=1)]).reshape(-1, 3).T)
+            radii.append(shape.get("sphere", shape.get("capsule", [0.0]))[0])
+        spanned = np.hstack([cores[0], -cores[1]])
+        shares = lsq_linear(spanned, -self.centre, (-1.0, 1.0), tol=1e-15).x
+        apart = self.centre + spanned @ shares
         distance = float(np.linalg.norm(apart))
-        if distance == 0.0:  # the middle is inside: sunk, however it is measured
-            return -radius, np.zeros(3), np.array([0.0, 0.0, 1.0]), np.zeros(3)
-        normal = hinge.apply(apart / distance)
-        below = np.cross([0.0, self.v[6], 0.0], self.centre - (distance - more) * normal)
-        return distance - more - radius, -radius * normal, normal, below
+        if distance < 1e-9:  # the cores cross: sunk, however it is measured
+            return -radii[0], np.zeros(3), np.array([0.0, 0.0, 1.0]), np.zeros(3)
+        normal = apart / distance
+        arm = cores[0] @ shares[: cores[0].shape[1]] - radii[0] * normal
+        below = np.cross([0.0, self.v[6], 0.0], self.centre + arm - (distance - sum(radii)) * normal)
+        return distance - sum(radii), arm, normal, below
 
     def slip(self, arm: np.ndarray, below: np.ndarray) -> np.ndarray:
         """The velocity of a point against what lies below it."""

@@ -172,7 +172,7 @@ class Tangents:
     def of(self, outputs: list[int]) -> list[int]:
         """The tangents of nodes."""
         g, tangent = self.g, self._tangent
-        for node in g.reachable(outputs, self._mask, self._met):
+        for node in g.moved(outputs, self._mask, self._met):
             if node not in tangent and g.op[node] != "var":
                 tangent[node] = _tangent(g, node, tangent)
         return [tangent.get(node, g.zero) for node in outputs]
@@ -202,7 +202,7 @@ def reverse(g: Graph, seeds: Iterable[tuple[int, int]], mask: int) -> dict[int, 
     adjoint: dict[int, int] = {}
     for node, weight in seeds:
         adjoint[node] = g.add(adjoint.get(node, g.zero), weight)
-    for node in reversed(g.reachable(list(adjoint), mask)):
+    for node in reversed(g.moved(list(adjoint), mask)):
         weight = adjoint.get(node, g.zero)
         if weight == g.zero or g.op[node] == "var":
             continue
@@ -229,14 +229,14 @@ def _shares(g: Graph, node: int, weight: int, mask: int) -> list[tuple[int, int]
     if op == "div":
         share = g.div(weight, args[1])
         pairs = [(args[0], share)]
-        if g.mask[args[1]] & mask:
+        if g.slope_mask[args[1]] & mask:
             pairs.append((args[1], g.neg(g.mul(node, share))))
     elif op == "select":
         a, b, then, otherwise = args
         pairs = [(then, g.select(a, b, weight, g.zero)), (otherwise, g.select(a, b, g.zero, weight))]
     else:
         pairs = [(operand, g.mul(weight, partial)) for operand, partial in partials(g, node)]
-    return [(operand, share) for operand, share in pairs if g.mask[operand] & mask]
+    return [(operand, share) for operand, share in pairs if g.slope_mask[operand] & mask]
 
 
 def jacobian(g: Graph, outputs: list[int], inputs: list[int]) -> list[list[int]]:
@@ -262,7 +262,7 @@ def _sparse_forward(g: Graph, outputs: list[int], inputs: list[int]) -> SparseRo
         mask |= g.mask[variable]
     column = {variable: k for k, variable in enumerate(inputs)}
     gradient: dict[int, dict[int, int]] = {}
-    for node in g.reachable(outputs, mask):
+    for node in g.moved(outputs, mask):
         if g.op[node] == "var":
             gradient[node] = {column[node]: g.one} if node in column else {}
             continue

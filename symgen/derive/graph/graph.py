@@ -57,7 +57,45 @@ class Graph(Nodes):
         self.nonzero: dict[int, int] = {}  # what has been looked at by `differentiate.is_not_clamped`
         # Powers with a root in them, and powers that may become such: base, exponent, whether a root is in it.
         self._powers: dict[int, tuple[int, float, bool]] = {}
+        self.slope_mask: list[int] = []  # the kinds of variables by which a node has a derivative
         super().__init__()
+
+    def _append(self, op: str, args: tuple, mask: int) -> int:
+        node = super()._append(op, args, mask)
+        self.slope_mask.append(self._kinds_of_slopes(node, mask))
+        return node
+
+    def _kinds_of_slopes(self, node: int, mask: int) -> int:
+        """What a node's derivative is by: nothing where it has steps."""
+        op = self.op[node]
+        if not mask or op == "var":
+            return mask
+        if op in IN_CODE and IN_CODE[op].stepped:
+            return 0
+        kinds = 0
+        for x in self.operands(node):
+            kinds |= self.slope_mask[x]
+        return kinds
+
+    def moved(self, outputs: Iterable[int], mask: int, met: set[int] | None = None) -> list[int]:
+        """All nodes below `outputs` that have a derivative by a kind in `mask`, in topological order.
+
+        What steps are made of is left out: it costs a derivative nothing. Nodes in `met` are left out, with what is
+        below them; it grows by those returned.
+        """
+        slopes, met = self.slope_mask, set() if met is None else met
+        found = [node for node in {*outputs} - met if slopes[node] & mask]
+        met.update(found)
+        stack = list(found)
+        while stack:
+            node = stack.pop()
+            for x in self.operands(node):
+                if x not in met and slopes[x] & mask:
+                    met.add(x)
+                    found.append(x)
+                    stack.append(x)
+        found.sort()
+        return found
 
     def neg(self, a: int) -> int:
         """-a."""

@@ -39,7 +39,7 @@ def condense(g: Graph, output: int, mask: int, largest: int) -> dict[int, Statem
     single user and at most `largest` inputs. A sum onto a statement never is: chains along bodies remain chains.
     Nothing is merged if `largest` is 0.
     """
-    nodes = g.reachable([output], mask)
+    nodes = g.moved([output], mask)
     active = set(nodes)
     users = Counter(x for node in nodes for x in set(depends_on(g, node)))
     result: dict[int, Statement] = {}
