@@ -177,7 +177,8 @@ CLAMPED = (5.0, -5.0, 0.5, 7.0, -0.2, 0.9, -30.0, 3.0)
 def test_an_input_that_jumps_over_several_sides_at_once(force, value, method):
     """A saturated command, over and over: each side is where the value is, however far it has jumped."""
     m = Model("clamped")
-    x, u = m.coordinate("x"), m.input("u")
+    x = m.coordinate("x")
+    m.input("u")
     m.kinetic("dot(x)^2/2")
     m.force(x, force)
     times = np.arange(float(len(CLAMPED)))

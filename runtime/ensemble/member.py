@@ -70,7 +70,7 @@ def member_again(plan: Plan, number: int, t_eval: Sequence[float] | None = None)
 
 
 def _frames(plan: Plan, t_eval: Sequence[float] | None) -> np.ndarray:
-    own = plan.single.frame_times()[0] if t_eval is None else np.asarray(t_eval, dtype=float)
+    own = plan.single.frame_times(plan.system.ny)[0] if t_eval is None else np.asarray(t_eval, dtype=float)
     ends = [plan.single.t_start, plan.single.t_end]
     times = np.unique(np.concatenate([own, plan.frame_times, ends]))
     if times[0] < ends[0] or times[-1] > ends[1]:
