@@ -210,3 +210,14 @@ def test_events_of_what_jumps_are_seen_each_time(method):
     run = solve(runtime.load(derive_text(m).text), 6.0, method=method, inputs={"u": table})
     times = {name: [round(e.t, 9) for e in run.events if e.name == name] for name in ("both", "up", "timed")}
     assert times == {"both": [1.0, 2.0, 3.0, 4.0, 5.0], "up": [2.0, 4.0], "timed": [1.5, 2.5, 3.5]}
+
+
+def test_a_motion_that_grows_beyond_squares_ends_with_the_reason(monkeypatch):
+    """Radau's steps shrink without end where norms of what it sees are infinite: 1e8 N/m that push away."""
+    monkeypatch.setattr("symgen.runtime.stall._WINDOW", 0.1)
+    m = Model("pushed")
+    m.coordinate("x", start=0.1)
+    m.kinetic("dot(x)^2/2")
+    m.potential("-5e7*x^2")
+    run = m.derive().run(t_end=10.0, method="radau5")
+    assert run.status == "failed" and "grows beyond all numbers" in run.message and "dot(x)" in run.message

@@ -99,7 +99,7 @@ def _solution(
     done = np.searchsorted(events[:, plain_events.TIME], t)
     resets = np.append(0.0, np.cumsum(events[:, plain_events.CHANGE]))[done]
     work = work + resets
-    exchange = Exchange(energies, work)
+    exchange = Exchange(energies, work, holds=bool(system.switches))
     balance = energies.sum(axis=1) - work
     with np.errstate(invalid="ignore", over="ignore"):
         error = float(exchange.relative(np.abs(balance - balance[0]).max()))
@@ -122,7 +122,7 @@ def _solution(
             system, p, t, np.ascontiguousarray(rows[:, :n]), energies, work
         )
         if along is not None:
-            work, exchange = along, Exchange(energies, along)
+            work, exchange = along, Exchange(energies, along, holds=bool(system.switches))
             error = float(exchange.relative(np.abs(energies.sum(axis=1) - work - energies[0].sum()).max()))
     q, v = slice(0, system.nq), slice(system.nq, system.nq + system.nv)
     return Solution(
