@@ -76,7 +76,9 @@ def test_number_of_frames():
 
 
 def test_frames_that_memory_cannot_hold_are_refused(pendulum, monkeypatch):
-    with pytest.raises(RuntimeModelError, match=r"fps is 1e\+12: 1 s make 1.0e\+12 frames, which need .* GiB"):
+    with pytest.raises(
+        RuntimeModelError, match=r"fps is 1e\+12: 1 s make 1.0e\+12 frames, which need .* GiB"
+    ):
         solve(pendulum, 1.0, fps=1e12)
     # A large state counts, and a machine that does not say what it has refuses nothing by this.
     options = RunOptions(t_end=1.0, fps=1000.0)
