@@ -31,6 +31,9 @@ _CLEAR = 8.0  # times round-off: a flight that high is surely seen
 _PART_OF_FLIGHT = 1e-2  # over which an event function is nearly straight
 _BACK = 1e-6  # of the rate on the other side of a jump: a rate back to it that counts
 _AHEAD = 1e-6  # of the time in which the coordinates travel their own size
+_BEGINNING = (
+    32.0 * np.finfo(float).eps
+)  # of the time: an event as near to the start of a step is where that begins
 
 
 def arm_events(
@@ -65,11 +68,11 @@ def arm_events(
     if fired is not None and len(fired):
         # The state is past the event by less than the last digit of time; that is no side either.
         reset = np.array([system.events[k]["action"] in ("reset", "friction") for k in fired])
-        past = np.abs(g[fired])
+        past = past_event(arrays, g, floor)[fired]
         if (
             before is not None
         ):  # a reset, or a load shared anew, may carry its own function away, and it comes again
-            past = np.where(reset, np.minimum(past, np.abs(before[fired])), past)
+            past = np.where(reset, np.minimum(past, past_event(arrays, before, floor)[fired]), past)
         band[fired] += past
         if bands is None or np.isnan(bands[fired]).any():
             lean[fired] = _heading(system, arrays, g, floor)[fired]
@@ -88,9 +91,21 @@ def renew_bands(system: System, arrays: LoopArrays, fired: np.ndarray) -> None:
     """Find anew what of the event functions is as good as zero, after events that changed nothing."""
     g, floor = event_values_and_floor(system, arrays)
     band = floor.copy()
-    band[fired] += np.abs(g[fired])
+    band[fired] += past_event(arrays, g, floor)[fired]
     kept = np.isinf(arrays.event_block(at.BAND))
     arrays.event_block(at.FLOOR)[:], arrays.event_block(at.BAND)[:] = floor, np.where(kept, np.inf, band)
+
+
+def past_event(arrays: LoopArrays, g: np.ndarray, floor: np.ndarray) -> np.ndarray:
+    """Return by how much event functions that have just fired are past zero, which is as good as zero still.
+
+    One that has jumped there, with an input or with time, is past zero for good: its crossing lies at the very
+    beginning of a step, and what it is at is no round-off.
+    """
+    past = np.abs(g)
+    if arrays.h_last > _BEGINNING * abs(arrays.t):
+        return past
+    return np.where(past > _CLEAR * floor, 0.0, past)
 
 
 def _heading(system: System, arrays: LoopArrays, g: np.ndarray, floor: np.ndarray) -> np.ndarray:
@@ -423,9 +438,13 @@ class EventActions:
         before = arrays.precomputed[arrays.branches].copy()
         chosen = np.isin(arrays.jumps, which)
         values = self.form.kernel("events")(arrays.t, arrays.y[: self.system.nq + self.system.nv], arrays.p)
+        floor = arrays.event_block(at.FLOOR)[which]
+        past = past_event(arrays, values[which], floor)
         after = np.where(chosen, np.where(before != 0.0, -before, np.sign(values[arrays.jumps])), before)
-        arrays.event_block(at.SIDE)[which] = at.LEANING * after[chosen]
-        arrays.event_block(at.BAND)[which] = arrays.event_block(at.FLOOR)[which] + np.abs(values[which])
+        arrays.event_block(at.SIDE)[which] = np.where(
+            past > 0.0, at.LEANING * after[chosen], np.sign(values[which])
+        )
+        arrays.event_block(at.BAND)[which] = floor + past
         arrays.take_branches()
         self.n_jumps += len(which)
         self._refuse_sliding(which)

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 
 # Of the largest energy: the terms of V are rounded, and so are the states that it is evaluated at.
 ROUND_OFF = 64.0 * np.finfo(float).eps
-# [J]: 1e-30 m/s of a kilogram, which round-off leaves of what is held; slower by far than picometres in 1e12 s.
+# [J]: 1e-30 m/s of a kilogram, which round-off leaves of what stops and frictions hold; nothing else is held, and
+# however small its motion is, it is one.
 _AT_REST = 1e-60
 _ERROR_PER_RTOL, _LEAST_ERROR, _LARGEST_ERROR = 1e5, 1e-6, 2e-2
 _ERROR_OF_FIXED_STEPS, _ERROR_OF_ORDER_1 = 2e-2, 5e-2  # about twice the error of an amplitude
@@ -35,9 +36,14 @@ class Exchange:
     energies : ndarray, shape (n, 2), optional [J]
         T and V.
     work : ndarray, shape (n,), optional [J]
+    holds : bool
+        Whether the model has stops or frictions, which hold what round-off moves.
     """
 
-    def __init__(self, energies: np.ndarray | None = None, work: np.ndarray | None = None):
+    def __init__(
+        self, energies: np.ndarray | None = None, work: np.ndarray | None = None, *, holds: bool = False
+    ):
+        self._at_rest = _AT_REST if holds else 0.0
         self._kinetic, self._least, self._most, self._largest = 0.0, np.inf, -np.inf, 0.0
         if energies is not None:
             self.take(energies, work)
@@ -67,7 +73,7 @@ class Exchange:
         moves, as where friction holds a body, there are no parts: deviations count as they are [J].
         """
         size, off = self.size, np.abs(deviation)
-        size = size if size > _AT_REST else 0.0
+        size = size if size > self._at_rest else 0.0
         if not self._largest > 0.0:
             return off
         rounded = np.minimum(off, ROUND_OFF * self._largest)
@@ -128,4 +134,5 @@ def energy_error_so_far(
     energies = evaluate(system, "energy", arrays.p, times, states)
     work = states[:, n:].sum(axis=1)
     balance = energies.sum(axis=1) - work
-    return float(Exchange(energies, work).relative(balance[-1] - resets - balance[0]))
+    exchange = Exchange(energies, work, holds=bool(system.switches))
+    return float(exchange.relative(balance[-1] - resets - balance[0]))

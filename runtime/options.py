@@ -13,6 +13,7 @@ import numpy as np
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.lazy import Late
 from symgen.runtime.record import record
+from symgen.runtime.size import more_than_memory
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
@@ -25,7 +26,7 @@ SMALLEST_RTOL = 1e-15  # a few units of the last digit
 _TIMES, _LISTS_OF_TIMES = ("t_end", "t_start", "step", "max_step"), ("at", "breaks", "t_eval")
 _FPS = 60.0
 _LEAST_FRAMES, _MOST_FRAMES = 200, 20_000
-_FRAMES_IN_MEMORY = 1_000_000_000
+_BESIDE_FRAMES = 5  # numbers of each: its time, in several arrays on the way, and its energies
 _SHORTEST_RUN = 1e-150  # [s]: squares of the steps must not underflow
 SAME_TICKS = 4  # of floating-point time: times that are nearer to each other are one
 _LEAST_TICKS = 1000  # of floating-point time in a run
@@ -203,10 +204,20 @@ class RunOptions:
         wanted = sorted({float(t) for t in self.at})
         return wanted if wanted and wanted[-1] == self.t_end else [*wanted, self.t_end]
 
-    def frame_times(self) -> tuple[np.ndarray, np.ndarray]:
+    def frame_times(self, n_numbers: int = 0) -> tuple[np.ndarray, np.ndarray]:
         """Return the times of all frames, from start to end, and which of them the user asked for.
 
         Few frames are filled up to 200, for checks of energy and constraints.
+
+        Parameters
+        ----------
+        n_numbers : int, optional
+            Of a state.
+
+        Raises
+        ------
+        RuntimeModelError
+            Memory cannot hold so many frames.
         """
         t_start, t_end, fps, span = self.t_start, self.t_end, self.fps, self.span
         if fps is None and self.t_eval is None:
@@ -214,10 +225,10 @@ class RunOptions:
         filled = np.linspace(t_start, t_end, _LEAST_FRAMES + 1)
         if self.t_eval is not None:
             return _filled_up(np.unique([t_start, *self.t_eval, t_end]), filled)
-        if span * fps > _FRAMES_IN_MEMORY:
+        if needed := more_than_memory(8.0 * span * fps * (n_numbers + _BESIDE_FRAMES)):
             raise RuntimeModelError(
-                f"fps is {fps:g}: {span:g} s make {span * fps:.1e} frames, more than {_FRAMES_IN_MEMORY:.0e}: "
-                "give a smaller fps"
+                f"fps is {fps:g}: {span:g} s make {span * fps:.1e} frames, which {needed}: give a smaller fps, "
+                "or a shorter run"
             )
         wanted = t_start + np.arange(int(np.floor(span * fps * (1.0 + 1e-12))) + 1) / fps
         wanted = np.append(wanted[wanted < t_end - 1e-9 * span], t_end)

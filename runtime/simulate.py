@@ -149,7 +149,7 @@ def simulate(system: System, options: RunOptions, choice: Choice | None = None) 
     method, step, treatment = choice.method, choice.step, choice.treatment
     notes += choice.notes
     timetable = make_timetable(system, p, method, options)
-    times, shown = options.frame_times()
+    times, shown = options.frame_times(system.ny)
     if timetable is not None:
         notes += timetable.notes
         times, shown = timetable.with_frames(times, shown)

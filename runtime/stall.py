@@ -25,6 +25,7 @@ _STEPS, _EVENTS = (
 )  # that a window has at least: few steps may be slow ones of a large model, and grow
 _TOO_LONG = 1e6  # [s] of processor time for the rest of the run
 _DAY = 86400.0
+_SQUARED = 1e150  # squares of what is larger, as in energies and norms, are beyond the numbers there are
 
 
 class StallWatch:
@@ -57,6 +58,8 @@ class StallWatch:
         self._began, self._since = now, time.perf_counter()
         left = (self._run.t_end - now[1]) * spent
         self._slow = self._slow + 1 if left > _TOO_LONG * t else 0
+        if self._slow and (beyond := self._beyond_squares()):
+            return beyond
         if self._slow >= _WINDOWS_OF_PARTITION and self._before_dependence():
             return failure_message(
                 at.PARTITION_LOST, self._run.actions.form, self._run.method, self._run.arrays
@@ -65,6 +68,19 @@ class StallWatch:
             return ""
         seconds = left / t if t > 0.0 else np.inf
         return self._of_events() if events >= 0.5 * steps else self._sentence(seconds, t / max(steps, 1))
+
+    def _beyond_squares(self) -> str:
+        """The sentence where the state is so large that nothing is computed well of it any more, else ''."""
+        arrays, system = self._run.arrays, self._run.actions.form
+        y = np.abs(arrays.y[: system.nq + system.nv])
+        largest = int(np.argmax(y)) if len(y) else 0
+        if not len(y) or y[largest] <= _SQUARED:
+            return ""
+        return (
+            f"The motion grows beyond all numbers: at t = {arrays.t:.9g} s {state_names(system)[largest]!r} is "
+            f"{y[largest]:.1e}, and steps no longer get on. Look for what drives it, such as a stiffness or damping "
+            "below zero, or end the run before."
+        )
 
     def _of_events(self) -> str:
         """The sentence where each step ends at an event."""

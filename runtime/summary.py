@@ -136,7 +136,7 @@ def _energy(seen: _Seen, work: np.ndarray, taken: float, *, with_samples: bool =
         # The same as sums of rows, in a fifth of the time.
         balance = energies[:, 0] + energies[:, 1] - work
         error = np.abs(balance - balance[0]).max()
-        exchange = Exchange(energies, work)
+        exchange = Exchange(energies, work, holds=bool(system.switches))
         if len(extra["balance"]):
             exchange.take(extra["energies"], extra["work"])
             error = np.maximum(error, np.abs(extra["balance"] - balance[0]).max())

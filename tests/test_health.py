@@ -239,6 +239,20 @@ def test_exchange_takes_the_largest_t_or_the_range_of_v():
     assert Exchange().relative(0.0) == 0.0
 
 
+@pytest.mark.parametrize("scale", [1e-40, 1e-20, 1.0, 1e20])
+def test_an_energy_error_does_not_depend_on_the_size_of_a_motion(scale):
+    """Only what stops and frictions hold is at rest where round-off moves it."""
+    m = Model("small")
+    m.coordinate("x", start=scale)
+    m.kinetic("dot(x)^2/2")
+    m.potential("2*x^2")
+    run = m.derive().run(t_end=10.0, method="implicit_euler", step=0.3, atol=0.0)
+    assert not run.ok and any(entry.check == "energy" for entry in run.objections)
+    tiny = np.array([[1e-70, 0.0], [3e-70, 0.0]])
+    assert Exchange(tiny).relative(2e-70) == pytest.approx(2 / 3)
+    assert Exchange(tiny, holds=True).relative(2e-70) < 1e-13
+
+
 def _altered(solution: Solution, **changes) -> Solution:
     return replace(solution, **changes)
 

@@ -91,3 +91,45 @@ def test_signals_are_held_back_and_handed_on():
         assert seen == [signal.SIGTERM]
     finally:
         signal.signal(signal.SIGTERM, before)
+
+
+@pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143)])
+def test_a_check_ends_as_interrupted(name, status):
+    """Runs that a command makes for itself, one after the other, are no failures of the model then."""
+    code = (
+        "import sys, symgen.runtime.checks.convergence as c; make = c.simulate\n"
+        "def simulate(*a, **k): print('ready', flush=True); return make(*a, **k)\n"
+        "c.simulate = simulate; from symgen.cli import main; main(sys.argv[1:])"
+    )
+    command = ["check", "double_pendulum", "--t-end", "100000", "--method", "dopri5"]
+    with started("-c", code, *command) as process:
+        assert process.stdout.readline() == "ready\n"
+        time.sleep(1.0)
+        process.send_signal(getattr(signal, name))
+        _, said = process.communicate(timeout=100)
+    assert process.returncode == status, said
+    assert said.endswith("interrupted\n") and "Error" not in said
+
+
+@pytest.mark.parametrize("place", ["parse_args", "invoke"])
+def test_ctrl_c_before_a_command_begins(place):
+    """Ctrl-C while arguments are read, or signals are about to be answered, says the same as later."""
+    code = (
+        "import click, symgen.cli.failures as f\n"
+        "def stop(*a, **k): raise KeyboardInterrupt\n"
+        f"place = {place!r}\n"
+        "if place == 'parse_args': f.FailuresAsSentences.parse_args = stop\n"
+        "else: f.answered_interrupts = stop\n"
+        "from symgen.cli import main; main(['list'])"
+    )
+    with started("-c", code) as process:
+        out, said = process.communicate(timeout=100)
+    assert (process.returncode, out, said.strip()) == (130, "", "interrupted")
+
+
+@pytest.mark.parametrize("closed", ["2>&-", ">&-", ">&- 2>&-"])
+def test_standard_streams_that_are_closed(tmp_path, closed):
+    run = f'"{sys.executable}" -c "from symgen.cli import main; main()" run pendulum --t-end 1 --no-log {closed}'
+    done = subprocess.run(run, shell=True, env=ENVIRONMENT, capture_output=True, text=True, cwd=tmp_path)
+    assert done.returncode == 0
+    assert ("success" in done.stdout) == (closed == "2>&-") and not done.stderr

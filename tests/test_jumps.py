@@ -13,6 +13,7 @@ from recorded import assert_same_recording, record
 from symgen import Model, runtime
 from symgen.link import derive_text
 from symgen.runtime import solve
+from symgen.runtime.inputs import Table
 from symgen.runtime.recording.resume import Resumed
 from symgen.runtime.recording.verify import verify
 from tests.stress.jumping_forces import KINDS, try_many
@@ -157,3 +158,66 @@ def test_a_run_with_jumps_is_taken_up_again_and_verified(tmp_path, rubbing):
     assert_same_recording(whole, rest)
     checked = verify(rest)
     assert checked.ok, checked.checks
+
+
+CLAMPED = (5.0, -5.0, 0.5, 7.0, -0.2, 0.9, -30.0, 3.0)
+
+
+@pytest.mark.parametrize("method", ["bs32", "dop853", "taylor", "bdf", "radau9", "rk4"])
+@pytest.mark.parametrize(
+    "force, value",
+    [
+        ("max(-1, min(1, u))", lambda u: max(-1.0, min(1.0, u))),
+        ("min(1, max(-1, u + 1e-9*x))", lambda u: max(-1.0, min(1.0, u))),
+        ("abs(abs(u + 1e-9*x) - 3)", lambda u: abs(abs(u) - 3)),
+        ("where(u + 1e-9*x > 1 and u < 6, 2, where(u + 1e-9*x < -4, 5, 1))",
+         lambda u: 2.0 if 1 < u < 6 else 5.0 if u < -4 else 1.0),
+    ],
+)  # fmt: skip
+def test_an_input_that_jumps_over_several_sides_at_once(force, value, method):
+    """A saturated command, over and over: each side is where the value is, however far it has jumped."""
+    m = Model("clamped")
+    x = m.coordinate("x")
+    m.input("u")
+    m.kinetic("dot(x)^2/2")
+    m.force(x, force)
+    times = np.arange(float(len(CLAMPED)))
+    run = solve(
+        runtime.load(derive_text(m).text),
+        times[-1] + 1.0,
+        method=method,
+        inputs={"u": Table(times, CLAMPED, kind="hold")},
+        t_eval=np.append(times, times[-1] + 1.0),
+    )
+    assert run.ok
+    ends = np.searchsorted(run.t, np.append(times, times[-1] + 1.0))
+    expected = np.cumsum([value(each) for each in CLAMPED])
+    np.testing.assert_allclose(run["dot(x)"][ends[1:]], expected, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("method", ["dop853", "rk4", "radau5"])
+def test_events_of_what_jumps_are_seen_each_time(method):
+    """The side that a function has jumped to is a side, and leaving it an event, also where it is left by less."""
+    m = Model("watched")
+    x, u = m.coordinate("x", start=1.0), m.input("u")
+    m.kinetic("dot(x)^2/2")
+    m.potential("2*x^2")
+    m.event("both", u + 1e-3 * x)
+    m.event("up", u, direction="rising", then={"reset": {"dot(x)": "0.9*dot(x)"}})
+    m.event("timed", "where(t < 1.5, -4, where(t < 2.5, 1, where(t < 3.5, -0.2, 0.1))) + 1e-3*x")
+    values = [1.0, -5.0, 3.0, -1.0, 0.2, -0.1]
+    table = Table(np.arange(6.0), values, kind="hold")
+    run = solve(runtime.load(derive_text(m).text), 6.0, method=method, inputs={"u": table})
+    times = {name: [round(e.t, 9) for e in run.events if e.name == name] for name in ("both", "up", "timed")}
+    assert times == {"both": [1.0, 2.0, 3.0, 4.0, 5.0], "up": [2.0, 4.0], "timed": [1.5, 2.5, 3.5]}
+
+
+def test_a_motion_that_grows_beyond_squares_ends_with_the_reason(monkeypatch):
+    """Radau's steps shrink without end where norms of what it sees are infinite: 1e8 N/m that push away."""
+    monkeypatch.setattr("symgen.runtime.stall._WINDOW", 0.1)
+    m = Model("pushed")
+    m.coordinate("x", start=0.1)
+    m.kinetic("dot(x)^2/2")
+    m.potential("-5e7*x^2")
+    run = m.derive().run(t_end=10.0, method="radau5")
+    assert run.status == "failed" and "grows beyond all numbers" in run.message and "dot(x)" in run.message

@@ -75,6 +75,19 @@ def test_number_of_frames():
         RunOptions(t_end=1.0, fps=0).frame_times()
 
 
+def test_frames_that_memory_cannot_hold_are_refused(pendulum, monkeypatch):
+    with pytest.raises(
+        RuntimeModelError, match=r"fps is 1e\+12: 1 s make 1.0e\+12 frames, which need .* GiB"
+    ):
+        solve(pendulum, 1.0, fps=1e12)
+    # A large state counts, and a machine that does not say what it has refuses nothing by this.
+    options = RunOptions(t_end=1.0, fps=1000.0)
+    with pytest.raises(RuntimeModelError, match="a smaller fps"):
+        options.frame_times(10**12)
+    monkeypatch.delattr("os.sysconf")
+    assert len(options.frame_times(10**12)[0]) == 1001
+
+
 @pytest.mark.parametrize("method", ["dop853", "rk4"])
 def test_samples_are_landed_on(pendulum, method):
     times = [0.0, 0.1, 1.0 / 3.0, 2.0]

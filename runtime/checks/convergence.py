@@ -300,6 +300,8 @@ def study(system: System, options: RunOptions) -> Convergence:
     """
     options = replace(options, at=(), fps=None)
     first = simulate(system, options)
+    if first.status == "interrupted":
+        raise KeyboardInterrupt
     method = find_method(first.method)
     quantity = "rtol" if method.adaptive else "step"
     head = (system.name, method.name, quantity, bool(system.m))
@@ -312,6 +314,8 @@ def study(system: System, options: RunOptions) -> Convergence:
     runs: list[Solution] = []
     for setting in settings:
         runs.append(simulate(system, replace(options, **setting)))
+        if runs[-1].status == "interrupted":
+            raise KeyboardInterrupt
         if runs[-1].status not in ("success", "terminated"):
             which = f"with {quantity} {getattr(runs[-1], quantity):.3g}"
             return Convergence(*head, failed=True, says=f"{which}: {runs[-1].message or runs[-1].status}")

@@ -71,7 +71,7 @@ def member_again(plan: Plan, number: int, t_eval: Sequence[float] | None = None)
 
 
 def _frames(plan: Plan, t_eval: Sequence[float] | None) -> np.ndarray:
-    own = plan.single.frame_times()[0] if t_eval is None else np.asarray(t_eval, dtype=float)
+    own = plan.single.frame_times(plan.system.ny)[0] if t_eval is None else np.asarray(t_eval, dtype=float)
     ends = [plan.single.t_start, plan.single.t_end]
     times = np.unique(np.concatenate([own, plan.frame_times, ends]))
     if times[0] < ends[0] or times[-1] > ends[1]:
@@ -97,7 +97,7 @@ def _solution(
     # Frames show states before an event at their time.
     resets = np.append(0.0, np.cumsum(changes))[np.searchsorted(log.times, t)]
     work = work + resets
-    exchange = Exchange(energies, work)
+    exchange = Exchange(energies, work, holds=bool(system.switches))
     balance = energies.sum(axis=1) - work
     with np.errstate(invalid="ignore", over="ignore"):
         error = float(exchange.relative(np.abs(balance - balance[0]).max()))
@@ -121,7 +121,7 @@ def _solution(
             system, p, t, np.ascontiguousarray(rows[:, :n]), energies, work
         )
         if along is not None:
-            work, exchange = along, Exchange(energies, along)
+            work, exchange = along, Exchange(energies, along, holds=bool(system.switches))
             error = float(exchange.relative(np.abs(energies.sum(axis=1) - work - energies[0].sum()).max()))
     forms = lowest_gaps = None
     if isinstance(batch, SwitchedBatch):

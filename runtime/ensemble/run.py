@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -33,6 +32,7 @@ from symgen.runtime.ensemble.work import check_names, run_part
 from symgen.runtime.ensemble.zarr_store import ZarrStore
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.names import motion_records, rate_labels
+from symgen.runtime.size import more_than_memory
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
@@ -42,7 +42,6 @@ _CHUNKS_A_SECOND = 400.0  # in all: the scheduler of a cluster spends a millisec
 _CHUNKS_PER_PLACE = 4
 _CHUNK_NUMBERS = 1 << 23  # of a series in a chunk: 64 MB
 _FIRST_LOOK = 8  # members
-_OF_MEMORY = 0.5  # of a machine's: for series that are kept in it
 
 
 def run_ensemble(system: System, options: EnsembleOptions) -> Ensemble:
@@ -248,13 +247,9 @@ def _all_names(system: System) -> list[str]:
 
 def _refuse_more_than_memory(n_bytes: int) -> None:
     """Refuse series that this machine cannot hold: they are filled at once, and systems end who fills too much."""
-    try:
-        there = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    except (AttributeError, ValueError, OSError):  # not on every system
-        return
-    if n_bytes > _OF_MEMORY * there:
+    if needed := more_than_memory(n_bytes):
         raise RuntimeModelError(
-            f"series of all members need {n_bytes / 2**30:.3g} GiB, and this machine has {there / 2**30:.3g}: keep "
+            f"series of all members {needed}: keep "
             'fewer of them (keep, --keep), fewer frames, or a store on disk (out="runs.zarr", --out runs.zarr)'
         )
 

@@ -231,7 +231,7 @@ class Resumed:
         """Return the run in the state of the checkpoint."""
         recording, facts, n = self.recording, self._checkpoint.facts, self.n_frames
         method = _method(options.method, recording, self.system)
-        grid, shown = options.frame_times()
+        grid, shown = options.frame_times(self.system.ny)
         later = grid > self.t
         frames = np.concatenate([recording.t[:n], grid[later]])
         try:

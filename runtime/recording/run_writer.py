@@ -360,7 +360,7 @@ class RunWriter:
         self._plots = [curves for row in self._rows for curves in row.plots]
         self._scene = Scene(header if self._shows else {"bodies": ()}, of, settings.mesh_folder)
         self._sha256, self._file_digest = hashlib.sha256(), schema.FileDigest(path)
-        self._exchange = Exchange()
+        self._exchange = Exchange(holds=bool(of.system.switches))
         self._low: dict[str, np.ndarray] = {}
         self._high: dict[str, np.ndarray] = {}
         self._balance_at_start = float(of.balance(of.evaluate("energy", t[:1], y[:1]), y[:1])[0])

@@ -283,7 +283,7 @@ def replay(system: System, recording: Recording, energies: np.ndarray) -> Soluti
         along = work_that_balances(system, p, t, states[:, : system.nq + system.nv], energies, work)
         work = work if along is None else along
     balance = energies.sum(axis=1) - work
-    exchange = Exchange(energies, work)
+    exchange = Exchange(energies, work, holds=bool(system.switches))
     error = float(exchange.relative(np.abs(balance - balance[0]).max()))
     position, velocity = constraint_residuals(system, p, t, states)
     return Solution(
@@ -442,7 +442,7 @@ def _model_checks(system: System, recording: Recording, intervals: int, seed: in
         return checks
     energies = of.evaluate("energy", t, y)
     if recording.content != schema.STATES:
-        checks.append(_recorded_energies(recording, energies))
+        checks.append(_recorded_energies(recording, energies, holds=bool(system.switches)))
     checks += _health(replay(system, recording, energies), recording)
     settings, expected = recording.settings, system.n_settings_of_switches
     if settings.shape[1] != expected:
@@ -504,7 +504,7 @@ def _time(recording: Recording) -> Check:
     return Check("time", not len(bad), float(len(bad)), 0.0, says)
 
 
-def _recorded_energies(recording: Recording, energies: np.ndarray) -> Check:
+def _recorded_energies(recording: Recording, energies: np.ndarray, *, holds: bool) -> Check:
     if not recording.complete and len(recording.energy) < len(energies):
         energies = energies[: len(recording.energy)]
         if not len(energies):
@@ -518,7 +518,7 @@ def _recorded_energies(recording: Recording, energies: np.ndarray) -> Check:
     if recording.energy.shape != (len(energies), 3):
         return Check("energies as recorded", False, 1.0, 0.0, "the recorded energies have gaps")
     off = np.abs(recording.energy[:, :2] - energies).max(initial=0.0)
-    value = float(Exchange(energies).relative(off))
+    value = float(Exchange(energies, holds=holds).relative(off))
     says = "difference from T and V computed again, of what the motion exchanges"
     return _limited("energies as recorded", value, _SAME, says)
 

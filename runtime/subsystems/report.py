@@ -31,7 +31,7 @@ class Parts:
     def worst_energy(self) -> tuple[str, float]:
         """Return the subsystem with the largest error of its energy balance, in parts of what it exchanges."""
         errors = {
-            title: _error_and_exchange(energies, work)
+            title: _error_and_exchange(energies, work, bool(subsystem.system.switches))
             for subsystem in self.found
             for title, energies, work in subsystem.balances()
         }
@@ -55,7 +55,7 @@ class Parts:
         return max(shares.items(), key=lambda item: (item[1], item[0]))
 
 
-def _error_and_exchange(energies: np.ndarray, work: np.ndarray) -> tuple[float, Exchange]:
+def _error_and_exchange(energies: np.ndarray, work: np.ndarray, holds: bool) -> tuple[float, Exchange]:
     """Return the largest error of the energy balance at the frames [J], and what the motion exchanges."""
     balance = energies.sum(axis=1) - work
-    return float(np.abs(balance - balance[0]).max()), Exchange(energies, work)
+    return float(np.abs(balance - balance[0]).max()), Exchange(energies, work, holds=holds)

@@ -88,7 +88,7 @@ def simulate_subsystems(
     if not kinds:
         return why_not
     step_limits = step_limits_of(system, p, options.t_start, options.t_end)
-    settings = Settings(options, treatment, redundant, *options.frame_times(), step_limits)
+    settings = Settings(options, treatment, redundant, *options.frame_times(system.ny), step_limits)
     found = grouped(subsystems(system, kinds, p, state, settings), settings)
     if options.split is None and not pays(system, found, options.rtol):
         return "common steps cost less, as none is much faster than all others"

@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from symgen.cli.files import subject_of
-from symgen.cli.terminal import accept_all_letters, complain, message
+from symgen.cli.terminal import accept_all_letters, complain, message, replace_closed_streams
 from symgen.errors import SymgenError
 from symgen.runtime.lazy import Late
 from symgen.runtime.uninterrupted import ENDING, is_writing
@@ -119,24 +119,36 @@ _BEGINS_WITH_FILE = re.compile(r"[^:,;]*\.[A-Za-z]\w{1,5}[:,]")
 class FailuresAsSentences(click.Group):
     """A group whose commands' errors become a sentence on standard error and an exit status."""
 
+    def make_context(self, *args: Any, **given: Any) -> click.Context:
+        try:
+            return super().make_context(*args, **given)
+        except KeyboardInterrupt:
+            complain("\ninterrupted")
+            sys.exit(interrupted_status())
+
     def invoke(self, context: click.Context) -> Any:
-        with _short_warnings(), answered_interrupts():
-            try:
-                accept_all_letters()
-                return super().invoke(context)
-            except click.ClickException as error:
-                error.message = message(error.message)
+        try:
+            with _short_warnings(), answered_interrupts():
+                return self._invoke(context)
+        except KeyboardInterrupt:  # while signals come to be answered, too, or no longer are
+            complain("\ninterrupted")
+            context.exit(interrupted_status())
+
+    def _invoke(self, context: click.Context) -> Any:
+        try:
+            replace_closed_streams()
+            accept_all_letters()
+            return super().invoke(context)
+        except click.ClickException as error:
+            error.message = message(error.message)
+            raise
+        except (click.exceptions.Exit, click.Abort, BrokenPipeError):
+            raise
+        except Exception as error:
+            if os.environ.get(_TRACEBACK):
                 raise
-            except (click.exceptions.Exit, click.Abort, BrokenPipeError):
-                raise
-            except KeyboardInterrupt:
-                complain("\ninterrupted")
-                context.exit(interrupted_status())
-            except Exception as error:
-                if os.environ.get(_TRACEBACK):
-                    raise
-                complain(f"Error: {_sentence(error)}")
-                context.exit(FAILED)
+            complain(f"Error: {_sentence(error)}")
+            context.exit(FAILED)
 
 
 def _sentence(error: Exception) -> str:

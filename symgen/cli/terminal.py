@@ -41,6 +41,13 @@ def message(text: str) -> str:
     return cut if len(cut) <= _LONGEST_MESSAGE else f"{cut[:_LONGEST_MESSAGE]} …"
 
 
+def replace_closed_streams() -> None:
+    """Let what is said to a standard stream that is closed (`2>&-`) go nowhere; no other file gets its number either."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))
+
+
 def accept_all_letters() -> None:
     """Let the standard streams write out letters that they cannot encode, instead of failing."""
     for stream in (sys.stdout, sys.stderr):
