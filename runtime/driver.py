@@ -437,7 +437,7 @@ class Run(RunState):
     def _finish_frames(self) -> None:
         """Keep the state at which the run stopped, where that is not a frame already."""
         arrays, n = self.arrays, self.handed
-        if n and arrays.frame_times[n - 1] == arrays.t and (arrays.frames[n - 1] == arrays.y).all():
+        if n and arrays.frame_times[n - 1] == arrays.t and arrays.frames[n - 1].tolist() == arrays.y.tolist():
             return
         self.last = (arrays.t, arrays.y.copy())
         if self.recorder is not None:

@@ -116,6 +116,9 @@ class LoopArrays:
         self._advance = method.advance()
         self._bound: Callable[[], int] | None = None
         self.generation = 0  # of the arrays: those of another form, or method, are others
+        # What the last run with these arrays began with, and their `state` then: `simulate` goes back to there.
+        self.opening: Any = None
+        self.first_state: tuple[np.ndarray, ...] = ()
         self._at_start = rtol, atol, step
         self._first_control: np.ndarray | None = None
         self._set_control(method, t, energy_level)
