@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import operator
 import time
-from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -17,8 +16,8 @@ from symgen.runtime.constraints.energy_level import choose_energy_level
 from symgen.runtime.constraints.start_values import Assembly, start_values
 from symgen.runtime.driver import Run
 from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.kept_arrays import borrow, give_back, load
 from symgen.runtime.lazy import Late
-from symgen.runtime.loop_arrays import LoopArrays
 from symgen.runtime.options import SMALLEST_RTOL, RunOptions
 from symgen.runtime.record import record
 from symgen.runtime.remembered import LARGEST, remembered
@@ -27,6 +26,7 @@ from symgen.runtime.timing.timetable import make_timetable
 
 if TYPE_CHECKING:
     from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.loop_arrays import LoopArrays
     from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
 
@@ -107,8 +107,6 @@ class _Opening:
         The energy that rates are scaled to; nan: they are not.
     is_moved : bool
         Whether there are inputs over time.
-    kind : tuple
-        What arrays have in common that can serve such a run.
     """
 
     system: System
@@ -123,7 +121,6 @@ class _Opening:
     timetable: Any
     level: float
     is_moved: bool
-    kind: tuple
 
 
 def simulate(system: System, options: RunOptions, choice: Choice | None = None) -> Solution:
@@ -156,7 +153,10 @@ def simulate(system: System, options: RunOptions, choice: Choice | None = None) 
         options = replace(options, rtol=opening.rtol)
     system, choice, timetable = opening.system, opening.choice, opening.timetable
     method, step, notes = choice.method, choice.step, list(opening.notes)
-    arrays, kept = _arrays(opening, options)
+    arrays = borrow(
+        system, method, opening.p, options.t_start, opening.state, frame_times=opening.times, rtol=options.rtol,
+        atol=options.atol, step=step, energy_level=opening.level, opening=opening,
+    )  # fmt: skip
     recorder = options.recorder
     if recorder is not None:
         asked = {
@@ -174,7 +174,7 @@ def simulate(system: System, options: RunOptions, choice: Choice | None = None) 
         timetable=timetable,
     )  # fmt: skip
     prepared = time.perf_counter()
-    _load(arrays, opening, is_kept=kept is not None)
+    load(arrays, opening)
     compiled = time.perf_counter()
     run.go()
     seconds = {"prepare": prepared - began, "compile": compiled - prepared, "run": run.seconds}
@@ -184,8 +184,7 @@ def simulate(system: System, options: RunOptions, choice: Choice | None = None) 
         "redundant": list(opening.redundant),
     }  # fmt: skip
     solution = summarise(run, options.at, [*notes, *run.notes], seconds, settings)
-    if kept is not None and arrays.generation == 0:
-        kept.append(arrays)
+    give_back(arrays)
     return solution
 
 
@@ -300,50 +299,10 @@ def _open(system: System, options: RunOptions, choice: Choice | None, began: flo
         ("energy level", *start, wanted, method.name, choice.treatment),
         lambda: choose_energy_level(wanted, system, method, p, options.t_start, state),
     )
-    kind = id(method), times.tobytes(), options.rtol, options.atol, choice.step, bool(np.isfinite(level))
     return _Opening(
         system, p, state, assembly.redundant, notes, choice, options.rtol, times, shown, timetable, level,
-        bool(moving), kind,
+        bool(moving),
     )  # fmt: skip
-
-
-_MOST_KEPT, _LARGEST_KEPT = 8, 200_000  # kinds of arrays that a model keeps, numbers in their frames
-
-
-def _arrays(opening: _Opening, options: RunOptions) -> tuple[LoopArrays, deque[LoopArrays] | None]:
-    """Return the arrays of a run, those of a run before it where that was of the same kind, and where to put them for
-    another one.
-    """
-    system, method, level = opening.system, opening.choice.method, opening.level
-    kept = None
-    if not (system.events or system.input_descriptions) and opening.times.size * system.ny <= _LARGEST_KEPT:
-        kinds = vars(system).setdefault("_kept_arrays", {})
-        if len(kinds) >= _MOST_KEPT and opening.kind not in kinds:
-            kinds.clear()
-        kept = kinds.setdefault(opening.kind, deque(maxlen=1))
-        try:
-            arrays = kept.pop()
-        except IndexError:
-            pass
-        else:
-            if arrays.opening is not opening:
-                arrays.begin_again(system, method, opening.p, options.t_start, opening.state, level)
-            return arrays, kept
-    arrays = LoopArrays(
-        system, method, opening.p, options.t_start, opening.state, frame_times=opening.times, rtol=options.rtol,
-        atol=options.atol, step=opening.choice.step, energy_level=level,
-    )  # fmt: skip
-    return arrays, kept
-
-
-def _load(arrays: LoopArrays, opening: _Opening, *, is_kept: bool) -> None:
-    """Load the step loop, which chooses the first step; where this opening has been loaded before, go back to there."""
-    if arrays.opening is opening:
-        arrays.restore(arrays.first_state)
-        return
-    arrays.load()
-    if is_kept:
-        arrays.opening, arrays.first_state = opening, arrays.state()
 
 
 def found_parameters(system: System, p: np.ndarray, options: RunOptions) -> tuple[np.ndarray, list[str]]:
