@@ -24,8 +24,9 @@ def take(run: RunState) -> Checkpoint:
     held["guard"] = arrays.guard_memory()
     held["settings"] = np.array(run.forms)
     held["lowest_gaps"] = actions.lowest_gaps
+    all_shown = bool(shown.all())
     for name, per_frame in (("resets", run.reset_energy_at_frames), ("forms", run.form_at_frames)):
-        held[f"{name}_from"], held[name] = _pieces(per_frame[:n][shown])
+        held[f"{name}_from"], held[name] = _pieces(per_frame[:n] if all_shown else per_frame[:n][shown])
     times, states, energies, forms = zip(*run.samples) if run.samples else ((), (), (), ())
     held["sample_states"] = np.array(states).reshape(len(times), len(arrays.y))
     for key in STATES_OF_EVENTS:

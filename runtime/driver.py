@@ -361,11 +361,14 @@ class Run(RunState):
         self.reset_energy_at_frames[new] = self.actions.energy_of_resets
         self.form_at_frames[new] = len(self.forms) - 1
         if self.recorder is not None:
-            rows = np.flatnonzero(self.shown[new]) + self.handed
-            rows = rows[rows > 0]  # the recorder has had the start
-            for first in range(0, len(rows), _FRAMES_AT_ONCE):
-                chunk = rows[first : first + _FRAMES_AT_ONCE]
-                self.recorder.frames(arrays.frame_times[chunk], arrays.frames[chunk])
+            begin = max(self.handed, 1)  # the recorder has had the start
+            shown = self.shown[begin:end]
+            times, frames = arrays.frame_times[begin:end], arrays.frames[begin:end]
+            if not shown.all():
+                times, frames = times[shown], frames[shown]
+            for first in range(0, len(times), _FRAMES_AT_ONCE):
+                chunk = slice(first, first + _FRAMES_AT_ONCE)
+                self.recorder.frames(times[chunk], frames[chunk])
         self.handed = end
 
     def _on_event(self) -> bool:
@@ -437,7 +440,7 @@ class Run(RunState):
     def _finish_frames(self) -> None:
         """Keep the state at which the run stopped, where that is not a frame already."""
         arrays, n = self.arrays, self.handed
-        if n and arrays.frame_times[n - 1] == arrays.t and (arrays.frames[n - 1] == arrays.y).all():
+        if n and arrays.frame_times[n - 1] == arrays.t and arrays.frames[n - 1].tolist() == arrays.y.tolist():
             return
         self.last = (arrays.t, arrays.y.copy())
         if self.recorder is not None:

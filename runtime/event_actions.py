@@ -287,7 +287,8 @@ class EventActions:
         self.energy_of_resets = 0.0
         self.zeno = ZenoDetector()
         self.switching: Switching | None = None
-        self.lowest_gaps = np.full([switch["kind"] for switch in system.switches].count("stop"), np.inf)
+        n_stops = [switch["kind"] for switch in system.switches].count("stop")
+        self.lowest_gaps = np.full(n_stops, np.inf) if n_stops else np.zeros(0)
         if system.switches and arrays.n_events:
             self.switching = switching.Switching(system, arrays)
 

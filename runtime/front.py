@@ -512,8 +512,8 @@ class Solution(SolutionData):
         asked : RunOptions, optional
             What the run was asked; without it, `solution(t)` cannot be had.
         """
-        made = cls(**{name: getattr(plain, name) for name in plain.__dataclass_fields__})
-        made.asked = asked
+        made = cls.__new__(cls)
+        vars(made).update(vars(plain), asked=asked)
         return made
 
     @cached_property

@@ -20,6 +20,8 @@ from symgen.runtime.integrate.projection import (
 from symgen.runtime.lazy import Late
 
 if TYPE_CHECKING:
+    from collections import deque
+
     from symgen.runtime.code.call_block import CallBlock
     from symgen.runtime.integrate.methods import Method
     from symgen.runtime.system import System
@@ -116,6 +118,10 @@ class LoopArrays:
         self._advance = method.advance()
         self._bound: Callable[[], int] | None = None
         self.generation = 0  # of the arrays: those of another form, or method, are others
+        # For `kept_arrays`: where these are kept, what the last run with them began with, and their `state` then.
+        self.home: deque[LoopArrays] | None = None
+        self.opening: object = None
+        self.first_state: tuple[np.ndarray, ...] = ()
         self._at_start = rtol, atol, step
         self._first_control: np.ndarray | None = None
         self._set_control(method, t, energy_level)
@@ -125,7 +131,7 @@ class LoopArrays:
         c, first = self.control, self._first_control
         if first is not None and first[at.T] == t:
             c[:] = first
-            c[at.ENERGY_LEVEL] = energy_level
+            c[at.ATOL], c[at.ENERGY_LEVEL] = self._at_start[1], energy_level
             return
         c[:] = 0.0
         c[at.RTOL], c[at.ATOL], c[at.H] = self._at_start
@@ -143,12 +149,20 @@ class LoopArrays:
         self._first_control = c.copy()
 
     def begin_again(
-        self, system: System, method: Method, p: np.ndarray, t: float, state: np.ndarray, energy_level: float
+        self,
+        system: System,
+        method: Method,
+        p: np.ndarray,
+        t: float,
+        state: np.ndarray,
+        *,
+        atol: float,
+        energy_level: float,
     ) -> None:
         """Put all back to before the first step, of another start: as made anew, but for frames, which are overwritten.
 
-        Of arrays that were made without events for the same model, method, tolerances and frames, and with an energy
-        level that was as finite.
+        Of arrays that were made without events for the same model, method, relative tolerance, step and frames, and
+        with an energy level that was as finite.
         """
         method = suited_to_size(method, system)
         self.p[:] = p
@@ -159,6 +173,7 @@ class LoopArrays:
         self.y[: len(state)], self.y[len(state) :] = state, 0.0
         for array in (self.f, self.work, self.dense):
             array[:] = 0.0
+        self._at_start = self._at_start[0], atol, self._at_start[2]
         self._set_control(method, t, energy_level)
         if system.m:
             self._keep[0].forget()

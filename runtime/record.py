@@ -42,12 +42,13 @@ def _init(self: Any, *values: Any, **named: Any) -> None:
         most = len(self.__match_args__)
         raise TypeError(f"{type(self).__name__} takes {most} values at most, and {len(values)} are given")
     own.update(zip(self.__match_args__, values))
-    for name, value in named.items():
-        if name not in fields:
-            raise TypeError(f"{type(self).__name__}.__init__() got an unexpected keyword argument {name!r}")
-        if name in own:
-            raise TypeError(f"{type(self).__name__}.__init__() got multiple values for argument {name!r}")
-        own[name] = value
+    if not named.keys() <= fields.keys():
+        name = next(name for name in named if name not in fields)
+        raise TypeError(f"{type(self).__name__}.__init__() got an unexpected keyword argument {name!r}")
+    if not own.keys().isdisjoint(named):
+        name = next(name for name in named if name in own)
+        raise TypeError(f"{type(self).__name__}.__init__() got multiple values for argument {name!r}")
+    own.update(named)
     if len(own) < len(fields):
         for name, field in fields.items():
             if name not in own:

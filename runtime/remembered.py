@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from symgen.runtime.system import System
 
 _MOST = 32
-_LARGEST = 1000  # coordinates: work on larger models is not repeated for lack of anything else to do
+LARGEST = 1000  # coordinates: work on larger models is not repeated for lack of anything else to do
 
 T = TypeVar("T")
 
@@ -24,7 +24,7 @@ def remembered(system: System, key: Hashable, make: Callable[[], T]) -> T:
     key : hashable
         All that the result depends on besides the system; arrays by their bytes.
     """
-    if system.input_descriptions or system.nq > _LARGEST:
+    if system.input_descriptions or system.nq > LARGEST:
         return make()
     known = vars(system).setdefault("_starts", {})
     found = known.get(key)

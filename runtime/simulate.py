@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import operator
 import time
-from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -16,16 +16,17 @@ from symgen.runtime.constraints.energy_level import choose_energy_level
 from symgen.runtime.constraints.start_values import Assembly, start_values
 from symgen.runtime.driver import Run
 from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.kept_arrays import borrow, give_back, load
 from symgen.runtime.lazy import Late
-from symgen.runtime.loop_arrays import LoopArrays
 from symgen.runtime.options import SMALLEST_RTOL, RunOptions
 from symgen.runtime.record import record
-from symgen.runtime.remembered import remembered
+from symgen.runtime.remembered import LARGEST, remembered
 from symgen.runtime.summary import summarise
 from symgen.runtime.timing.timetable import make_timetable
 
 if TYPE_CHECKING:
     from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.loop_arrays import LoopArrays
     from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
 
@@ -84,6 +85,44 @@ def choose(
     return Choice(method, step, treatment, [*notes, *more])
 
 
+@record(eq=False)
+class _Opening:
+    """All that model and options settle before a run begins. Nothing in it is changed.
+
+    Attributes
+    ----------
+    system : System
+        With its inputs over time, where there are any.
+    p, state : ndarray, shapes (n_p,), (nq + nv,)
+    redundant : list of str
+        Constraints that follow from others at the start.
+    notes : list of str
+    choice : Choice
+    rtol : float
+        Not below round-off.
+    times, shown : ndarray, shape (n,)
+        Times of frames [s], and whether the user asked for them.
+    timetable : Timetable or None
+    level : float [J]
+        The energy that rates are scaled to; nan: they are not.
+    is_moved : bool
+        Whether there are inputs over time.
+    """
+
+    system: System
+    p: np.ndarray
+    state: np.ndarray
+    redundant: list[str]
+    notes: list[str]
+    choice: Choice
+    rtol: float
+    times: np.ndarray
+    shown: np.ndarray
+    timetable: Any
+    level: float
+    is_moved: bool
+
+
 def simulate(system: System, options: RunOptions, choice: Choice | None = None) -> Solution:
     """Integrate `system` as `options` say.
 
@@ -104,13 +143,115 @@ def simulate(system: System, options: RunOptions, choice: Choice | None = None) 
     RuntimeModelError
         An option does not fit the model, or the initial conditions contradict the constraints.
     """
+    began = time.perf_counter()
+    opening = _opening_of(system, options, choice, began)
+    if not isinstance(opening, _Opening):
+        return opening
+    if options.at or type(options.t_end) is not float:
+        options = options.for_model(system)  # else all that this looks at was looked at when it was opened
+    if options.rtol < opening.rtol:
+        options = replace(options, rtol=opening.rtol)
+    system, choice, timetable = opening.system, opening.choice, opening.timetable
+    method, step, notes = choice.method, choice.step, list(opening.notes)
+    arrays = borrow(
+        system, method, opening.p, options.t_start, opening.state, frame_times=opening.times, rtol=options.rtol,
+        atol=options.atol, step=step, energy_level=opening.level, opening=opening,
+    )  # fmt: skip
+    recorder = options.recorder
+    if recorder is not None:
+        asked = {
+            **({"step": step} if step else {}),
+            **(timetable.settings if timetable is not None else {}),
+            "t_start": options.t_start, "t_end": options.t_end, "fps": options.fps,
+            "at": [float(t) for t in options.at], "redundant": list(opening.redundant), "notes": notes,
+        }  # fmt: skip
+        recorder = options.recorder_for(system, opening.p, method.name, choice.treatment, asked)
+    run = Run(
+        system, method, arrays, opening.shown, options.stops,
+        recorder=recorder, progress=options.progress, max_steps=options.max_steps,
+        fallback=METHODS[EXPLICIT] if options.method == "auto" and method.name == SERIES else None,
+        inputs=_schedule(system, arrays, method, options.t_start) if opening.is_moved else None,
+        timetable=timetable,
+    )  # fmt: skip
+    prepared = time.perf_counter()
+    load(arrays, opening)
+    compiled = time.perf_counter()
+    run.go()
+    seconds = {"prepare": prepared - began, "compile": compiled - prepared, "run": run.seconds}
+    settings = {
+        "method": method.name, "constraints": choice.treatment, "rtol": options.rtol, "atol": options.atol,
+        "t_start": options.t_start, "t_end": options.t_end, "step": step or None,
+        "redundant": list(opening.redundant),
+    }  # fmt: skip
+    solution = summarise(run, options.at, [*notes, *run.notes], seconds, settings)
+    give_back(arrays)
+    return solution
+
+
+_MOST_OPENINGS = 32
+_PLAIN = {float, int, bool, str, np.float64, type(None)}
+# What a run begins with does not depend on the others.
+_asked = operator.attrgetter(
+    *(
+        name
+        for name in RunOptions.__dataclass_fields__
+        if name not in ("progress", "recorder", "max_steps", "at", "breaks")
+    )
+)
+
+
+def _opening_of(
+    system: System, options: RunOptions, choice: Choice | None, began: float
+) -> _Opening | Solution:
+    """Return `_open`, or what it returned the last time that the same was asked of the same model."""
+    is_alone = choice is None and (options.split is False or not system.subsystems)
+    key = _key(options) if is_alone and system.nq <= LARGEST else None
+    known = vars(system).setdefault("_openings", {})
+    opening = None if key is None else known.get(key)
+    if opening is not None:
+        return opening
+    opening = _open(system, options, choice, began)
+    if key is not None and not opening.is_moved and opening.timetable is None:
+        if len(known) >= _MOST_OPENINGS:
+            known.clear()
+        known[key] = opening
+    return opening
+
+
+def _key(options: RunOptions) -> tuple | None:
+    """Return options as a key; None where some are more than numbers, text, or collections of these, or steps keep to
+    times.
+    """
+    if len(options.breaks):
+        return None
+    values = _asked(options)
+    kinds = tuple(map(type, values))
+    if not _PLAIN.issuperset(kinds):
+        values = tuple(value if type(value) in _PLAIN else _collected(value) for value in values)
+        if NotImplemented in values:
+            return None
+    return kinds, values  # 0 and False are equal, and not the same to some options
+
+
+def _collected(value: Any) -> Any:
+    """Return a collection of numbers and text as text, in which -0.0 is not 0.0; NotImplemented for anything else."""
+    if isinstance(value, Mapping):
+        parts = [part for item in value.items() for part in item]
+    elif type(value) in (tuple, list):
+        parts = value
+    else:
+        return NotImplemented
+    return repr(parts) if _PLAIN.issuperset(map(type, parts)) else NotImplemented
+
+
+def _open(system: System, options: RunOptions, choice: Choice | None, began: float) -> _Opening | Solution:
+    """Return what a run begins with; of one that is split the result, as each part begins by itself."""
     options = options.for_model(system)
     moving, constant = split_inputs(system, {**(options.inputs or {})}, options.parameters or {})
     p = system.parameter_values({**(options.parameters or {}), **constant})
     if moving:
         system = drive.drive(system, moving, p, options.t_start, options.t_end)
     form = choose_constraints(options.constraints, system, options.method) if choice is None else None
-    began = time.perf_counter()
     p, found = found_parameters(system, p, options)
     assembly = consistent_start(system, p, options)
     state = np.concatenate([assembly.q, assembly.v])
@@ -146,86 +287,22 @@ def simulate(system: System, options: RunOptions, choice: Choice | None = None) 
                 return solution
             notes.append(f"subsystems: integrated as one, because {solution}")
         choice = choose(system, p, state, options, form)
-    method, step, treatment = choice.method, choice.step, choice.treatment
     notes += choice.notes
-    timetable = make_timetable(system, p, method, options)
+    timetable = make_timetable(system, p, choice.method, options)
     times, shown = options.frame_times(system.ny)
     if timetable is not None:
         notes += timetable.notes
         times, shown = timetable.with_frames(times, shown)
-    wanted = options.energy_scaling
+    wanted, method = options.energy_scaling, choice.method
     level = remembered(
         system,
-        ("energy level", *start, wanted, method.name, treatment),
+        ("energy level", *start, wanted, method.name, choice.treatment),
         lambda: choose_energy_level(wanted, system, method, p, options.t_start, state),
     )
-    arrays, give_back = _arrays(system, method, p, state, times, options, step, level)
-    asked = {
-        **({"step": step} if step else {}),
-        **(timetable.settings if timetable is not None else {}),
-        "t_start": options.t_start, "t_end": options.t_end, "fps": options.fps, "at": [float(t) for t in options.at],
-        "redundant": assembly.redundant, "notes": notes,
-    }  # fmt: skip
-    run = Run(
-        system, method, arrays, shown, options.stops,
-        recorder=options.recorder_for(system, p, method.name, treatment, asked),
-        progress=options.progress, max_steps=options.max_steps,
-        fallback=METHODS[EXPLICIT] if options.method == "auto" and method.name == SERIES else None,
-        inputs=_schedule(system, arrays, method, options.t_start) if moving else None,
-        timetable=timetable,
+    return _Opening(
+        system, p, state, assembly.redundant, notes, choice, options.rtol, times, shown, timetable, level,
+        bool(moving),
     )  # fmt: skip
-    prepared = time.perf_counter()
-    arrays.load()
-    compiled = time.perf_counter()
-    run.go()
-    seconds = {"prepare": prepared - began, "compile": compiled - prepared, "run": run.seconds}
-    settings = {
-        "method": method.name, "constraints": treatment, "rtol": options.rtol, "atol": options.atol,
-        "t_start": options.t_start, "t_end": options.t_end, "step": step or None, "redundant": assembly.redundant,
-    }  # fmt: skip
-    solution = summarise(run, options.at, [*notes, *run.notes], seconds, settings)
-    give_back()
-    return solution
-
-
-_MOST_KEPT, _LARGEST_KEPT = 8, 200_000  # kinds of arrays that a model keeps, numbers in their frames
-
-
-def _arrays(
-    system: System,
-    method: Method,
-    p: np.ndarray,
-    state: np.ndarray,
-    times: np.ndarray,
-    options: RunOptions,
-    step: float,
-    level: float,
-) -> tuple[LoopArrays, Callable[[], None]]:
-    """Return the arrays of a run, those of a run before it where that was of the same kind, and what keeps them for
-    another one.
-    """
-    tolerances = {"rtol": options.rtol, "atol": options.atol, "step": step}
-    plain = not (system.events or system.input_descriptions) and times.size * system.ny <= _LARGEST_KEPT
-    kept: deque[LoopArrays] = deque(maxlen=1)
-    if plain:
-        key = (id(method), times.tobytes(), *tolerances.values(), np.isfinite(level))
-        kinds = vars(system).setdefault("_kept_arrays", {})
-        if len(kinds) >= _MOST_KEPT:
-            kinds.clear()
-        kept = kinds.setdefault(key, kept)
-    try:
-        arrays = kept.pop()
-        arrays.begin_again(system, method, p, options.t_start, state, level)
-    except IndexError:
-        arrays = LoopArrays(
-            system, method, p, options.t_start, state, frame_times=times, energy_level=level, **tolerances
-        )
-
-    def give_back() -> None:
-        if plain and arrays.generation == 0:
-            kept.append(arrays)
-
-    return arrays, give_back
 
 
 def found_parameters(system: System, p: np.ndarray, options: RunOptions) -> tuple[np.ndarray, list[str]]:

@@ -38,7 +38,7 @@ class StallWatch:
 
     def __init__(self, run: RunState):
         self._run, self._slow, self._since = run, 0, time.perf_counter()
-        self._began = self._mark()
+        self._began: tuple[float, float, int, int] | None = None  # most runs are over before there is one
 
     def _mark(self) -> tuple[float, float, int, int]:
         actions = self._run.actions
@@ -50,6 +50,9 @@ class StallWatch:
         if time.perf_counter() - self._since < _WINDOW:
             return ""  # nor was more processor time spent, which takes longer to ask for
         now = self._mark()
+        if self._began is None:
+            self._began, self._since = now, time.perf_counter()
+            return ""
         spent, t, steps, events = (b - a for a, b in zip(self._began, now, strict=True))
         if spent < _WINDOW or (steps < _STEPS and events < _EVENTS):
             return ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -68,16 +69,20 @@ def summarise(
     times, rows = times.copy(), rows.copy()  # the arrays serve the next run
     forms = _forms(run, len(times)) if run.forms else None
     work = resets + (rows[:, system.nq + system.nv] if system.nw else 0.0)
-    sampled = [entry for entry in run.samples if entry[0] in set(map(float, sample_times))]
+    wanted = set(map(float, sample_times))
+    sampled = [entry for entry in run.samples if entry[0] in wanted]
     # The end is a frame as well.
-    between = [entry for entry in run.samples if entry[0] != times[-1] or (entry[1] != rows[-1]).any()]
+    between = [x for x in run.samples if x[0] != times[-1] or x[1].tolist() != rows[-1].tolist()]
     if shown.all():
         shown = slice(None)
     elif forms is not None:
         forms = replace(forms, index=forms.index[shown])
     seen = _Seen(system, p, times, rows, shown, between)
     counters = run.arrays.counters.tolist()
-    taken, scales = run.arrays.control[at.MOST_ENERGY_TAKEN], np.isfinite(run.arrays.control[at.ENERGY_LEVEL])
+    taken, scales = (
+        run.arrays.control[at.MOST_ENERGY_TAKEN],
+        math.isfinite(run.arrays.control[at.ENERGY_LEVEL]),
+    )
     if system.nw or scales:
         energy = _energy(seen, work, taken)
         limit = energy_limit(find_method(settings["method"]), settings["rtol"])

@@ -10,9 +10,10 @@ import pytest
 from driven_models import oscillator
 from references import load_reference
 
-from symgen import Model, cos, dot, exp, runtime, sqrt
+from symgen import Model, cos, dot, exp, maximum, runtime, sin, sqrt, t
 from symgen.link import module_for
 from symgen.model.library import find
+from symgen.runtime.checks import error_estimate
 from symgen.runtime.checks.amplification import Amplification, Stretch, together
 from symgen.runtime.checks.companion import independent
 from symgen.runtime.checks.error_estimate import Extent, _Comparison, estimate
@@ -387,3 +388,54 @@ def test_drift_that_baumgarte_leaves_is_a_note_where_the_motion_is_right():
         entry.check.startswith("constraint ")
         for entry in system.run(10.0, method="rk4", constraints="none", step=0.1).objections
     )
+
+
+def _held_by(potential, rate=0.1) -> runtime.System:
+    """A mass on a line, in a potential."""
+    model = Model("held")
+    x = model.coordinate("x", start=0.7, rate=rate)
+    model.kinetic(dot(x) ** 2 / 2)
+    model.potential(potential(x))
+    return model.derive()
+
+
+@pytest.mark.parametrize(
+    ("potential", "is_smooth"),
+    [
+        (lambda x: x**2 / 2 + x**4, True),
+        (lambda x: -cos(x), True),
+        (lambda x: sqrt(1 + x**2), False),
+        (lambda x: 1 / (1 + x**2), False),
+        (lambda x: exp(-(x**2)), False),
+        (lambda x: maximum(x, 0) ** 2, False),
+        (lambda x: x**2 + x * sin(3 * t), False),
+    ],
+)
+def test_companions_look_at_many_places_unless_all_is_smooth(potential, is_smooth, monkeypatch):
+    """Sums, products, sines and cosines act nowhere for a short time only: steps may be as long as they like."""
+    followed = []
+    whole = error_estimate.follow
+
+    def follow(*arguments, **options):
+        followed.append(whole(*arguments, **options))
+        return followed[-1]
+
+    monkeypatch.setattr(error_estimate, "follow", follow)
+    solution = _held_by(potential).run(5.0)
+    (accuracy,) = [entry for entry in solution.health if entry.check == "accuracy"]
+    assert accuracy.ok and accuracy.value < 1e-6
+    (one,) = followed
+    assert (one.steps < 300) == is_smooth and (one.steps > 1000) == (not is_smooth)
+
+
+@pytest.mark.parametrize("method", ["dop853", "dopri5", "taylor", "radau5"])
+def test_ripples_that_a_motion_runs_over_are_not_passed_by(method):
+    """A fast mass over a thousand small waves, which no step limit of a companion resolves: its error is found."""
+    system = _held_by(lambda x: 0.5 * cos(150 * x), rate=20.0)
+    exact = system.run(4.0, method="dop853", rtol=1e-13, atol=1e-13).states[-1]
+    for rtol in (1e-2, 1e-4, 1e-6):
+        solution = system.run(4.0, method=method, rtol=rtol, atol=rtol)
+        extent = np.ptp(solution.states, axis=0)
+        off = np.max(np.abs(solution.states[-1] - exact) / extent)
+        said = [entry for entry in solution.health if entry.check == "accuracy"]
+        assert said and (not solution.ok or off <= max(5.0 * said[0].value, 1e-9))

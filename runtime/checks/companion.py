@@ -12,6 +12,7 @@ from symgen.runtime.driver import Run
 from symgen.runtime.errors import ContactError, RuntimeModelError
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.methods import METHODS, Method
+from symgen.runtime.kept_arrays import borrow, give_back
 from symgen.runtime.lazy import Late
 from symgen.runtime.loop_arrays import LoopArrays
 from symgen.runtime.options import RunOptions
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
     from symgen.runtime.checks.jumped_over import SharpPlaces
     from symgen.runtime.solution import Solution
+    from symgen.runtime.system import System
     from symgen.runtime.timing.timetable import Timetable
 
 schedule = Late("symgen.runtime.inputs.schedule")
@@ -175,7 +177,8 @@ def follow(
     if run.status == "interrupted":
         raise KeyboardInterrupt
     arrays = run.arrays
-    states = arrays.frames[: arrays.counters[at.NEXT_FRAME], : len(state)]
+    states = arrays.frames[: arrays.counters[at.NEXT_FRAME], : len(state)].copy()
+    give_back(arrays)
     return Followed(states, int(arrays.counters[at.STEPS]), arrays.t, run.status == "terminated")
 
 
@@ -192,7 +195,7 @@ def _timetable(
     step_limits, breaks = (own.step_limits, own.breaks) if own is not None else (None, ())
     looks = min(_LOOKS, _OF_ALLOWED * most_steps)
     adaptive = companion.method.adaptive
-    limited = adaptive and companion.rtol < _LOOSE and looks >= 1.0
+    limited = adaptive and companion.rtol < _LOOSE and looks >= 1.0 and not _is_smooth(solution.system)
     longest = _UNLIKE * (end - t) / looks if limited else None
     closely = sharp.step_limits(_OF_ALLOWED * most_steps) if adaptive and sharp is not None else None
     if closely is not None:
@@ -200,6 +203,12 @@ def _timetable(
     return timetable(
         step_limits, companion.method, RunOptions(t_start=t, t_end=end, max_step=longest, breaks=breaks)
     )
+
+
+def _is_smooth(system: System) -> bool:
+    """Whether nothing in a model can act for a short time only: neither time nor an event, nor what the state nears."""
+    acts = system.events or system.input_descriptions or system.structure["time_dependent"]
+    return not acts and system.source.facts("residual").is_smooth
 
 
 class _CompanionRun(Run):
@@ -220,7 +229,8 @@ class _CompanionRun(Run):
         p[system.n_settable :] = 0.0  # stops and frictions are found to be held, or not, at the start
         t, end = float(times[0]), float(times[-1])
         # What is usual of the constraints is found where the run began: angles that have turned far count as large.
-        arrays = LoopArrays(
+        make = borrow if t == solution.t[0] else LoopArrays  # others begin at all sorts of places
+        arrays = make(
             system, method, p, float(solution.t[0]), solution.states[0], frame_times=times, rtol=companion.rtol,
             atol=companion.atol, step=companion.step,
         )  # fmt: skip

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import struct
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,6 +28,15 @@ _TYPES = {
     ctypes.c_uint64: "i64",
     ctypes.c_double: "double",
     ctypes.c_uint8: "i8",
+}
+# The same in `struct`, each of eight bytes.
+_SLOTS = {
+    ctypes.c_void_p: "Q",
+    ctypes.c_uint64: "Q",
+    ctypes.c_ssize_t: "q",
+    ctypes.c_int64: "q",
+    ctypes.c_double: "d",
+    ctypes.c_uint8: "B7x",
 }
 _FAILED = -1000.0  # what is written where the function has raised an exception
 
@@ -71,13 +81,9 @@ def call_block(function: Jitted, *args: Any) -> CallBlock:
     native = function.compiled(*args)
     kinds, values = native.flat(*args)
     owner, address = _code(tuple(_TYPES[kind] for kind in kinds))
-    slots = (ctypes.c_uint64 * (len(values) + 1))()
-    slots[0] = native.address
-    for k, (kind, value) in enumerate(zip(kinds, values), 1):
-        slot = kind.from_buffer(slots, 8 * k)
-        slot.value = value
-    block = np.frombuffer(slots, dtype=np.float64)
-    return CallBlock(address, block, KERNEL_PROTOTYPE(address), np.zeros(1), (args, native, owner, slots))
+    slots = _packing(tuple(kinds)).pack(native.address, *(0 if x is None else x for x in values))
+    block = np.frombuffer(bytearray(slots), dtype=np.float64)
+    return CallBlock(address, block, KERNEL_PROTOTYPE(address), np.zeros(1), (args, native, owner))
 
 
 def _interpreted(function: Any, args: tuple) -> CallBlock:
@@ -89,6 +95,12 @@ def _interpreted(function: Any, args: tuple) -> CallBlock:
     callback = KERNEL_PROTOTYPE(call)
     address = ctypes.cast(callback, ctypes.c_void_p).value
     return CallBlock(address, np.zeros(1), callback, np.zeros(1), args)
+
+
+@functools.lru_cache(maxsize=64)
+def _packing(kinds: tuple[type, ...]) -> struct.Struct:
+    """Return how a function's address and arguments of such types are laid out in a block."""
+    return struct.Struct("=Q" + "".join(_SLOTS[kind] for kind in kinds))
 
 
 @functools.lru_cache(maxsize=64)

@@ -34,6 +34,7 @@ _SHARP = frozenset(
         "div",
     )
 )
+_SMOOTH = frozenset(("var", "const", "add", "sub", "mul", "neg", "sin", "cos"))
 # Cycles until a result is there, and how many operations fill the same time; others are elementary functions.
 _LATENCY = {"add": 4, "sub": 4, "mul": 4, "neg": 1, "select": 5, "select_le": 5, "div": 14, "sqrt": 18}
 _WORK = {"div": 1, "sqrt": 6}
@@ -70,12 +71,14 @@ def facts_of(form: Form, n_parameters: int) -> Facts:
     """Return what a function is like."""
     read = form.places_read(P) if form.lengths.p > n_parameters else ()
     nodes = form.nodes
+    of_state = list(nodes.reachable(form.roots(), ~P))
+    # What is divided by parameters alone is a product.
+    ops = {nodes.op[x] for x in of_state if nodes.op[x] != "div" or nodes.mask[nodes.args[x][-1]] & ~P}
+    is_sharp = any(nodes.op[node] in _SHARP and nodes.mask[nodes.args[node][-1]] & ~P for node in of_state)
     return Facts(
         tuple(sorted(place for place in read if place >= n_parameters)),
-        any(
-            nodes.op[node] in _SHARP and nodes.mask[nodes.args[node][-1]] & ~P
-            for node in nodes.reachable(form.roots(), ~P)
-        ),
+        is_sharp,
+        ops <= _SMOOTH,
         *(_effort(form) if form.name == "rhs" else ()),
     )
 

@@ -14,6 +14,8 @@ class Facts(NamedTuple):
         The places in `p`, behind the parameters, that it reads: inputs, then settings of switches.
     is_sharp : bool
         Whether it can change much while what it depends on changes little.
+    is_smooth : bool
+        Whether what depends on the state are sums, products, sines and cosines: it bends nowhere all of a sudden.
     latency : int
         Of `rhs`: processor cycles of the longest chain of operations that wait for each other, about; else 0.
     work : int
@@ -22,14 +24,15 @@ class Facts(NamedTuple):
 
     inputs: tuple[int, ...]
     is_sharp: bool
+    is_smooth: bool = False
     latency: int = 0
     work: int = 0
 
 
 def as_text(facts: dict[str, Facts]) -> str:
-    """Return facts as lines: function, whether it is sharp, latency, work, and inputs."""
+    """Return facts as lines: function, whether it is sharp, and smooth, latency, work, and inputs."""
     return "\n".join(
-        f"{name} {int(x.is_sharp)} {x.latency} {x.work} {','.join(map(str, x.inputs))}"
+        f"{name} {int(x.is_sharp)} {int(x.is_smooth)} {x.latency} {x.work} {','.join(map(str, x.inputs))}"
         for name, x in facts.items()
     )
 
@@ -38,7 +41,7 @@ def from_text(text: str) -> dict[str, Facts]:
     """Return facts from such lines."""
     found = {}
     for line in text.splitlines():
-        name, is_sharp, latency, work, inputs = line.split(" ")
+        name, is_sharp, is_smooth, latency, work, inputs = line.split(" ")
         places = tuple(int(x) for x in inputs.split(",") if x)
-        found[name] = Facts(places, is_sharp == "1", int(latency), int(work))
+        found[name] = Facts(places, is_sharp == "1", is_smooth == "1", int(latency), int(work))
     return found

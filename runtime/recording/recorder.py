@@ -71,7 +71,7 @@ class Batch:
         if self.events:
             writer.events(self.events)
         if self.steps:
-            writer.steps(np.concatenate(self.steps))
+            writer.steps(np.concatenate([_thinned(log) for log in self.steps]))
         if self.checkpoint:
             writer.checkpoint(self.checkpoint)
 
@@ -129,6 +129,7 @@ _FREE_CHECKPOINTS = (
     1 << 20
 )  # bytes of checkpoints that are written in any case; later, at most as many as of states
 _LARGEST_CHECKPOINT = 1 << 28  # a larger one is not written
+_MOST_LOGS = 256  # pieces of it that wait as they are
 _MOST_STEPS = 500  # a longer piece of the step log is shown by as many pairs of smallest and largest step
 
 
@@ -256,9 +257,10 @@ class RunRecorder:
 
     def steps(self, step_log: np.ndarray) -> None:
         """Record accepted steps: rows of t and h [s]. For the plot only: a long log is thinned."""
-        log = np.array(step_log, dtype=float).reshape(-1, 2)
+        log, waiting = np.array(step_log, dtype=float).reshape(-1, 2), self._batches[-1].steps
         if len(log):
-            self._batches[-1].steps.append(_thinned(log))
+            # Thinned where it is written, beside the run, but for long logs between frames that are far apart.
+            waiting.append(log if len(waiting) < _MOST_LOGS else _thinned(log))
 
     def event(self, name: str, t: float, *, energy_change: float = 0.0) -> None:
         """Record an event that comes after all frames given so far.
