@@ -16,6 +16,7 @@ from symgen.runtime.contact.coulomb import check_unique, coulomb_forces
 from symgen.runtime.contact.instant import Instant
 from symgen.runtime.contact.levels import Levels
 from symgen.runtime.contact.local_dynamics import LocalDynamics, Normal, normal_forces
+from symgen.runtime.contact.sharing import AT_LIMIT, evened
 from symgen.runtime.errors import ContactError, RuntimeModelError
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.positions import Positions
@@ -50,8 +51,9 @@ class Holding(Instant):
             touching, forces, most = self._landed(here, touching, still, levels)
             acting = np.concatenate([touching, still])
             forces = _spread(here.compliance, acting[self.n_stops :] & ~self._in_circles, forces, most)
+            forces, most, shared = self._evened(here, acting, levels, forces, most)
             accelerations = here.free + here.compliance @ forces
-            sticks, onset = self._sticking(here, acting, levels, forces, most)
+            sticks, onset = self._sticking(here, acting, levels, forces, most, shared)
             slipping = still & ~sticks
             if not slipping.any():
                 break
@@ -62,13 +64,35 @@ class Holding(Instant):
         weak = self._weak(here, touching & struck, forces, accelerations)
         pressing = weak & (self._later(here, forces).free <= here.free) if weak.any() else weak
         far = np.concatenate([held[: self.n_stops], self._far_from_limit(forces[self.n_stops :], most)])
-        kept = _independent(here.compliance, [held & ~weak & far, held & ~weak & ~far, pressing])
+        # What shares a load near its limit is held where little force does much.
+        firmest = held & ~weak & shared
+        kept = _independent(here.compliance, [held & ~weak & far & ~firmest, held & ~weak & ~far & ~firmest])
+        kept = _firmest(here.compliance, kept, firmest)
+        kept = _independent(here.compliance, [kept, pressing])
         self.resting = waiting & ~kept[self.n_stops :] & _follow(here.compliance, kept)[self.n_stops :]
         self._share(here, sticks & ~kept[self.n_stops :], forces)
         self.aimed = self.aimed & self._pressed(kept[: self.n_stops])  # a stop that takes off bears nothing
         in_touch = touching & (here.speeds[: self.n_stops] <= self._speed_tolerances(here)[: self.n_stops])
         self._check_unique(here, in_touch, kept[self.n_stops :], levels, forces)
         return self._with_aims(here, kept, levels, forces)
+
+    def _evened(
+        self, here: LocalDynamics, acting: np.ndarray, levels: Levels, forces: np.ndarray, most: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return forces that do the same, the levels, and whose load frictions in planes share near their limits."""
+        none = np.zeros(self.n, dtype=bool)
+        if not len(self.layout.circles):
+            return forces, most, none
+        small = _UNDECIDED * np.abs(here.free).max(initial=0.0)
+        movable = acting & (np.abs(here.free + here.compliance @ forces) <= small)
+        if (self._coupled & ~acting[self.n_stops :]).any():  # what slides follows the stops
+            movable[: self.n_stops] = False
+        found = evened(here, levels, forces, movable, self.layout.circles)
+        if found is None or found[1] <= AT_LIMIT:
+            return forces, most, none
+        c, slope = levels.linear(here, found[0], 1.0)
+        movable[: self.n_stops] = False
+        return found[0], c + slope @ found[0], movable
 
     @property
     def _in_circles(self) -> np.ndarray:
@@ -96,8 +120,6 @@ class Holding(Instant):
         rows = self.layout.circles[:, 0]
         aimed, turns = self.aimed[rows], self.turning[rows]
         turned = here.turned(self.layout.turned(self.senses, self.aimed | self.turning))
-        if self._begin_about_a_point(here, self.layout.circles[aimed]):
-            raise self._without_direction(rows[aimed])
         for j in self.n_stops + self.layout.circles[aimed, 1]:
             if _follow(turned.compliance, kept)[j]:
                 continue
@@ -105,15 +127,21 @@ class Holding(Instant):
             if _follow(turned.compliance, more)[self.n_stops + rows[aimed]].any():
                 raise self._without_direction(rows[aimed])
             kept = more
-        angle = (6.0 * max(float(self.arrays.control[at.RTOL]), _FINEST)) ** (1.0 / 3.0)
         step, along = self.arrays.fixed_step, self.n_stops + rows
-        angles = np.where(aimed, _WIDEST if step else min(angle, _WIDEST), 0.0)
+        c, slope = levels.linear(here, forces, 1.0)
+        stopping = (c + slope @ forces)[rows] * np.diag(turned.compliance)[along]
+        beginning = (turned.free + turned.compliance @ (turned.rotation @ forces))[along]
+        tolerance = max(float(self.arrays.control[at.RTOL]), _FINEST)
+        angles = np.full(len(rows), (6.0 * tolerance) ** (1.0 / 3.0))
+        if self._begin_about_a_point(here, self.layout.circles[aimed]):
+            # What begins at once is faster: the error is of second order, and the motions of others depend on it.
+            faster = np.maximum(beginning, 1e-300) / np.maximum(stopping, 1e-300)
+            angles = np.minimum(angles, np.sqrt(2.0 * tolerance / faster))
+        angles = np.where(aimed, _WIDEST if step else np.minimum(angles, _WIDEST), 0.0)
         bounds = np.where(aimed, _ANY_SPEED, 0.0)
         if step:
-            c, slope = levels.linear(here, forces, 1.0)
-            stopped = (c + slope @ forces)[rows] * np.diag(turned.compliance)[along] * step
-            rising = (turned.free + turned.compliance @ (turned.rotation @ forces))[along] > 0.0
-            angles = np.where(aimed & ~rising, _ANY_ANGLE, angles)
+            stopped = stopping * step
+            angles = np.where(aimed & ~(beginning > 0.0), _ANY_ANGLE, angles)
             bounds = np.where(aimed, _CLEARLY * stopped, np.where(turns, stopped, 0.0))
         self._aims = np.column_stack([angles, bounds])
         return kept
@@ -211,6 +239,7 @@ class Holding(Instant):
         levels: Levels,
         forces: np.ndarray,
         most: np.ndarray,
+        shared: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return which of the frictions that act stick, and in which direction the others begin to slide.
 
@@ -341,13 +370,29 @@ def _independent(compliance: np.ndarray, groups: list[np.ndarray]) -> np.ndarray
     return kept
 
 
+def _firmest(compliance: np.ndarray, kept: np.ndarray, group: np.ndarray) -> np.ndarray:
+    """Return `kept` and the rows of a group that do not follow from it, each the one that follows least."""
+    kept = kept.copy()
+    own = np.maximum(np.diag(compliance), 1e-300)
+    while True:
+        part = np.where(group & ~kept, _left(compliance, kept) / own, 0.0)
+        best = int(np.argmax(part))
+        if part[best] <= _DEPENDENT:
+            return kept
+        kept[best] = True
+
+
 def _follow(compliance: np.ndarray, kept: np.ndarray) -> np.ndarray:
     """Return which rows do not move where those that are `kept` do not."""
+    return _left(compliance, kept) <= _DEPENDENT * np.diag(compliance)
+
+
+def _left(compliance: np.ndarray, kept: np.ndarray) -> np.ndarray:
+    """Return how easily each row still moves where those that are `kept` do not."""
     own, cross = np.diag(compliance), compliance[kept]
-    left = own
-    if kept.any():
-        left = own - (cross * np.linalg.solve(compliance[np.ix_(kept, kept)], cross)).sum(axis=0)
-    return left <= _DEPENDENT * own
+    if not kept.any():
+        return own
+    return own - (cross * np.linalg.solve(compliance[np.ix_(kept, kept)], cross)).sum(axis=0)
 
 
 _HALVINGS = 40
