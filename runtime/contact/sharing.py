@@ -18,71 +18,70 @@ from symgen.runtime.contact.local_dynamics import LocalDynamics
 NEAR = 0.5  # of what a friction can take: from there on it matters how a load is shared
 AT_LIMIT = 1e-8  # of what they can take is left to all that bear a load: it is at its limit
 _DEPENDENT = 1e-10  # singular values of what forces do, below this part of the largest: they do nothing
-_GAP = 1e-11  # of s
-_TIGHTER = 0.1
+_GAP, _NEARLY = 1e-11, 0.05  # of s, and in parts of it
+_TIGHTER = 0.05
 _NEWTON_STEPS = 40
-_CENTRED = 1e-6
-_TO_THE_WALL = 0.99
-_HALVINGS = 60
+_CENTRED = 1e-4
+_PARTS = 0.5 ** np.arange(40)  # of a step
+_SIGNS = np.array([1.0, -1.0, -1.0])
 
 
 class _Barrier:
-    """-s/μ - Σ log of how far forces f = f0 + Z z are from the cones of frictions and from stops that pull."""
+    """-s/μ - Σ log of how far forces f = f0 + Z z are from the cones of frictions and from stops that pull.
 
-    def __init__(self, cones: list[tuple[np.ndarray, np.ndarray]], walls: list[np.ndarray]):
-        # Each cone as a matrix that takes (1, z, s) to (L - s w, f); each wall as a row.
-        self.cones, self.walls = [np.vstack([level, rows]) for level, rows in cones], walls
+    Parameters
+    ----------
+    cones : ndarray, shape (k, 3, 2 + d)
+        Matrices that take (1, z, s) to (L - s w, f), of friction in one direction with a row of zeros.
+    walls : ndarray, shape (n, 2 + d)
+        Rows that give the forces of stops.
+    """
 
-    def inside(self, x: np.ndarray) -> bool:
+    def __init__(self, cones: np.ndarray, walls: np.ndarray):
+        self.cones, self.walls = cones, walls
+        self._bends = np.einsum("kri,r,krj->kij", cones[:, :, 1:], _SIGNS, cones[:, :, 1:])
+
+    def at(self, x: np.ndarray) -> tuple[float, np.ndarray, np.ndarray] | None:
+        """Return the barrier, its gradient and its Hessian; None outside."""
         full = np.concatenate([[1.0], x])
-        cones = (cone @ full for cone in self.cones)
-        return all(u[0] > np.linalg.norm(u[1:]) for u in cones) and all(wall @ full > 0.0 for wall in self.walls)
-
-    def at(self, x: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-        """Return the barrier, its gradient and its Hessian."""
-        full, n = np.concatenate([[1.0], x]), len(x)
-        value, gradient, hessian = 0.0, np.zeros(n), np.zeros((n, n))
-        for cone in self.cones:
-            u, by = cone @ full, cone[:, 1:]
-            sign = np.concatenate([[1.0], -np.ones(len(u) - 1)])
-            size, slope = (u[0] - np.linalg.norm(u[1:])) * (u[0] + np.linalg.norm(u[1:])), 2.0 * (sign * u) @ by
-            value -= np.log(size)
-            gradient -= slope / size
-            hessian += np.outer(slope, slope) / size**2 - 2.0 * (by.T * sign) @ by / size
-        for wall in self.walls:
-            u, by = wall @ full, wall[1:]
-            value -= np.log(u)
-            gradient -= by / u
-            hessian += np.outer(by, by) / u**2
-        return value, gradient, hessian
+        u, above = self.cones @ full, self.walls @ full
+        length = np.hypot(u[:, 1], u[:, 2])
+        size = (u[:, 0] - length) * (u[:, 0] + length)
+        if not ((u[:, 0] > length).all() and (above > 0.0).all()):
+            return None
+        slopes = 2.0 * np.einsum("kr,krj->kj", u * _SIGNS, self.cones[:, :, 1:]) / size[:, None]
+        falls = self.walls[:, 1:] / above[:, None]
+        hessian = slopes.T @ slopes + falls.T @ falls - 2.0 * np.tensordot(1.0 / size, self._bends, 1)
+        return -np.log(size).sum() - np.log(above).sum(), -slopes.sum(axis=0) - falls.sum(axis=0), hessian
 
     def most(self, x: np.ndarray) -> np.ndarray:
         """Return where the last of the unknowns is largest, from a point inside."""
         weight, n_walls = 1.0, 2 * len(self.cones) + len(self.walls)
         aim = np.zeros(len(x))
         aim[-1] = -1.0
-        while weight * n_walls > _GAP:
+        while True:
             x = self._centre(x, aim / weight)
+            if weight * n_walls <= max(_GAP, _NEARLY * x[-1]):
+                return x
             weight *= _TIGHTER
-        return x
 
     def _centre(self, x: np.ndarray, aim: np.ndarray) -> np.ndarray:
+        """Return where the barrier and `aim` are least together: by Newton's method, from a point inside."""
+        here = self.at(x)
         for _ in range(_NEWTON_STEPS):
-            value, gradient, hessian = self.at(x)
+            value, gradient, hessian = here
             gradient = gradient + aim
             step = -np.linalg.lstsq(hessian, gradient, rcond=None)[0]
             decrease = -gradient @ step
             if not decrease > _CENTRED:
                 return x
-            part = 1.0
-            for _ in range(_HALVINGS):
-                new = x + part * step
-                if self.inside(new) and self.at(new)[0] + aim @ new <= value + aim @ x - 0.1 * part * decrease:
+            for part in _PARTS:
+                there = self.at(x + part * step)
+                if there is not None and there[0] - value + part * (aim @ step) <= -0.1 * part * decrease:
                     break
-                part *= 0.5
             else:
                 return x
-            x = x + part * step
+            x, here = x + part * step, there
         return x
 
 
@@ -129,16 +128,22 @@ def evened(
     ways = np.zeros((len(forces), len(idle)))
     ways[rows] = sizes[:, None] * idle.T
 
-    def along(row: np.ndarray, constant: float, s: float) -> np.ndarray:
-        return np.concatenate([[constant], row @ ways, [s]])
-
-    cones = []
-    for group in groups:
+    cones, walls = np.zeros((len(groups), 3, 2 + len(idle))), np.zeros((len(stops), 2 + len(idle)))
+    for cone, group in zip(cones, groups, strict=True):
         k, own = group[0], most[group[0]]
-        level = along(slope[k], most[k], -own) / own
-        cones.append((level, np.array([along(np.eye(len(forces))[n_stops + i], forces[n_stops + i], 0.0) / own for i in group])))
-    walls = [along(np.eye(len(forces))[i], forces[i], 0.0) / forces[i] for i in stops]
+        cone[0] = [1.0, *(slope[k] @ ways / own), -1.0]
+        cone[1 : 1 + len(group), 0] = forces[n_stops + group] / own
+        cone[1 : 1 + len(group), 1:-1] = ways[n_stops + group] / own
+    walls[:, 0], walls[:, 1:-1] = 1.0, ways[stops] / forces[stops, None]
     x = np.zeros(len(idle) + 1)
     x[-1] = 1.0 - max(loads) - 0.5
     x = _Barrier(cones, walls).most(x)
-    return forces + ways @ x[:-1], float(x[-1])
+    return _doing_the_same(here, forces, forces + ways @ x[:-1], rows), float(x[-1])
+
+
+def _doing_the_same(here: LocalDynamics, forces: np.ndarray, others: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Return other forces without the round-off by which they do not what some forces do."""
+    wrong = here.compliance @ (others - forces)
+    others = others.copy()
+    others[rows] -= np.linalg.lstsq(here.compliance[:, rows], wrong, rcond=_DEPENDENT)[0]
+    return others

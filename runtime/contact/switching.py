@@ -26,8 +26,10 @@ _ROUNDED = 1e-13  # of the accelerations that a force balances
 _AT_LIMIT = 1e-10  # of the range of a friction force
 _DEPENDENT = 1e-8  # of a row's compliance that is left once others are held: they hold it as well
 _AHEAD = 1e-7  # of the time that the motion takes to change
+_MOMENTS = (_AHEAD, 1e-6, 1e-5)  # the same, until what is shared is beyond its limit
 _FINEST, _WIDEST = 1e-13, 0.02  # tolerance that an aim goes by, and angle [rad] that it lasts for at most
 _PARALLEL, _APART = 1e-6, 1e-12  # of directions of sliding; of what moves each other
+_GUIDED = 1e-12  # of the compliance along a direction: constraints hold the one across
 _NEARLY = 100.0  # times the speed that is zero within the tolerances
 _FAR = 0.999  # of what a friction can take
 _ANY_ANGLE, _ANY_SPEED = 1e9, 1e150
@@ -83,16 +85,37 @@ class Holding(Instant):
         none = np.zeros(self.n, dtype=bool)
         if not len(self.layout.circles):
             return forces, most, none
+        given = forces
         small = _UNDECIDED * np.abs(here.free).max(initial=0.0)
+        slides = (self._coupled & ~acting[self.n_stops :]).any()
+        if not slides:  # whether what slides has stops that it follows depends on all
+            forces = self._balanced(here, acting, forces, small)
         movable = acting & (np.abs(here.free + here.compliance @ forces) <= small)
-        if (self._coupled & ~acting[self.n_stops :]).any():  # what slides follows the stops
+        if slides:
             movable[: self.n_stops] = False
         found = evened(here, levels, forces, movable, self.layout.circles)
-        if found is None or found[1] <= AT_LIMIT:
-            return forces, most, none
+        if found is None or found[1] <= 0.0:
+            return given, most, none
         c, slope = levels.linear(here, found[0], 1.0)
         movable[: self.n_stops] = False
         return found[0], c + slope @ found[0], movable
+
+    def _balanced(
+        self, here: LocalDynamics, acting: np.ndarray, forces: np.ndarray, small: float
+    ) -> np.ndarray:
+        """Return forces that hold all that acts, however large frictions must be for that, if stops need not pull.
+
+        Where reactions and frictions follow each other there can be two motions: one that is held, and one that slides.
+        """
+        pressed = acting & (np.arange(self.n) >= self.n_stops)
+        pressed[: self.n_stops] = acting[: self.n_stops] & (forces[: self.n_stops] > 0.0)
+        accelerations = here.free + here.compliance @ forces
+        if not (np.abs(accelerations) > small)[pressed].any():
+            return forces
+        held, block = forces.copy(), here.compliance[np.ix_(pressed, pressed)]
+        held[pressed] -= np.linalg.lstsq(block, accelerations[pressed], rcond=_DEPENDENT)[0]
+        stays = np.abs(here.free + here.compliance @ held)[acting].max() <= small
+        return held if stays and (held[: self.n_stops] >= 0.0).all() else forces
 
     @property
     def _in_circles(self) -> np.ndarray:
@@ -120,7 +143,10 @@ class Holding(Instant):
         rows = self.layout.circles[:, 0]
         aimed, turns = self.aimed[rows], self.turning[rows]
         turned = here.turned(self.layout.turned(self.senses, self.aimed | self.turning))
-        for j in self.n_stops + self.layout.circles[aimed, 1]:
+        across, own = self.n_stops + self.layout.circles[:, 1], np.diag(turned.compliance)
+        guided = _follow(turned.compliance, kept)[across] | (own[across] <= _GUIDED * own[self.n_stops + rows])
+        guided &= aimed
+        for j in across[aimed & ~guided]:
             if _follow(turned.compliance, kept)[j]:
                 continue
             more = kept | (np.arange(self.n) == j)
@@ -138,11 +164,12 @@ class Holding(Instant):
             faster = np.maximum(beginning, 1e-300) / np.maximum(stopping, 1e-300)
             angles = np.minimum(angles, np.sqrt(2.0 * tolerance / faster))
         angles = np.where(aimed, _WIDEST if step else np.minimum(angles, _WIDEST), 0.0)
-        bounds = np.where(aimed, _ANY_SPEED, 0.0)
+        # What is guided needs no aim but while its speed is too low to have a direction.
+        bounds = np.where(guided, _NEARLY * self._slow(here)[rows], np.where(aimed, _ANY_SPEED, 0.0))
         if step:
             stopped = stopping * step
             angles = np.where(aimed & ~(beginning > 0.0), _ANY_ANGLE, angles)
-            bounds = np.where(aimed, _CLEARLY * stopped, np.where(turns, stopped, 0.0))
+            bounds = np.where(aimed & ~guided, _CLEARLY * stopped, np.where(turns, stopped, bounds))
         self._aims = np.column_stack([angles, bounds])
         return kept
 
@@ -161,9 +188,10 @@ class Holding(Instant):
 
     def _without_direction(self, rows: np.ndarray) -> ContactError:
         names = dict.fromkeys(self.names[self.n_stops + i] for i in rows)
+        steps = "take a method that chooses its steps, as dop853, or " if self.arrays.fixed_step else ""
         return ContactError(
             f"friction in two directions ({', '.join(names)}) of one body begins to slide about a point at "
-            f"t = {self.arrays.t:.9g} s: in which directions does not follow from what holds it at rest; give these "
+            f"t = {self.arrays.t:.9g} s, in directions that change faster than its steps follow: {steps}give these "
             "frictions 'smooth' or 'creep'"
         )
 
@@ -251,11 +279,11 @@ class Holding(Instant):
         small = _UNDECIDED * np.abs(here.free).max(initial=0.0)
         waiting = acting[self.n_stops :]
         # A friction that has just begun to slip is at its limit but for round-off.
-        sticks = waiting & (together(np.abs(own)) < (1.0 - 2.0 * _AT_LIMIT) * most)
+        close = np.where(shared[self.n_stops :], AT_LIMIT, 2.0 * _AT_LIMIT)
+        sticks = waiting & (together(np.abs(own)) < (1.0 - close) * most)
         undecided = waiting & ~sticks & (together(np.abs(pulled)) <= small)
         if undecided.any():
-            later = self._later(here, forces)
-            forces, most = self._forces(later, acting, self._levels(waiting, later))
+            later, forces, most = self._soon(here, acting, waiting, forces, undecided & shared[self.n_stops :])
             soon = forces[self.n_stops :]
             sticks |= undecided & (together(np.abs(soon)) < (1.0 - 2.0 * _AT_LIMIT) * most)
             if len(self.layout.circles):  # at its limit, but others hold on
@@ -269,6 +297,22 @@ class Holding(Instant):
                 begins, self._onset_in_plane(here, acting, sticks, own, pulled, undecided), onset
             )
         return sticks, onset
+
+    def _soon(
+        self, here: LocalDynamics, acting: np.ndarray, waiting: np.ndarray, forces: np.ndarray, shared: np.ndarray
+    ) -> tuple[LocalDynamics, np.ndarray, np.ndarray]:
+        """Return the equations a moment later, the forces and the levels there.
+
+        Where several that share a load are close to its limit, the moment is one at which it is beyond the limit.
+        """
+        small = _UNDECIDED * np.abs(here.free).max(initial=0.0)
+        for ahead in _MOMENTS:
+            later = self._later(here, forces, ahead)
+            found, most = self._forces(later, acting, self._levels(waiting, later))
+            change = np.abs((later.free + later.compliance @ found)[self.n_stops :])
+            if not shared.any() or (change > small)[shared].any():
+                break
+        return later, found, most
 
     def _onset_in_plane(
         self,
@@ -300,7 +344,7 @@ class Holding(Instant):
         weak[: self.n_stops] = touching & (np.abs(np.diag(here.compliance) * forces)[: self.n_stops] <= small)
         return weak & (np.abs(accelerations) <= small) & (np.abs(here.speeds) <= self._speed_tolerances(here))
 
-    def _later(self, here: LocalDynamics, forces: np.ndarray) -> LocalDynamics:
+    def _later(self, here: LocalDynamics, forces: np.ndarray, ahead: float = _AHEAD) -> LocalDynamics:
         """The equations a moment later, on the way that some forces lead."""
         system, nq = self.system, self.system.nq
         q, v, change = here.state[:nq], here.state[nq:], here.accelerations(forces)
@@ -312,7 +356,7 @@ class Holding(Instant):
         rates = np.where(np.abs(v) > float(self.arrays.control[at.ATOL]) + _ROUNDED, v, 0.0)
         speed = max(np.abs(rates).max(initial=0.0), np.abs(change).max(initial=0.0))
         size = max(1.0, np.abs(here.state).max(initial=0.0))
-        ahead = _AHEAD * (size / speed if speed > 0.0 else 1.0)
+        ahead = ahead * (size / speed if speed > 0.0 else 1.0)
         state = np.concatenate([Positions(system).retract(q, ahead * v), v + ahead * change])
         return LocalDynamics(system, self.arrays.p, here.t + ahead, state)
 
