@@ -14,9 +14,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize
+from stress.plate_phases import Plate, course
 from test_friction_plane import FEET, legs
 
-from symgen import Model, cos, dot, sin
+from symgen import Model, cos, dot, load, sin
 
 G = 9.81
 WIDTH = 1e-7  # [m/s] below which the friction of the references gives way
@@ -29,7 +30,7 @@ def against(speed: np.ndarray) -> np.ndarray:
 # A table on four legs ------------------------------------------------------------------------------------------------
 
 
-def load(t: float) -> np.ndarray:
+def pull(t: float) -> np.ndarray:
     return np.array([14.0 * np.sin(2.0 * t), 6.0 * np.cos(3.0 * t), 2.0 * np.sin(t)])
 
 
@@ -40,10 +41,10 @@ def places(a: float) -> np.ndarray:
 
 def by_legs(t_end: float, start: float) -> np.ndarray:
     def motion(t, y):
-        total = load(t)
+        total = pull(t)
         for rx, ry in places(y[2]):
             fx, fy = 0.3 * G * against(np.array([y[3] - y[5] * ry, y[4] + y[5] * rx]))
-            total = total + [fx, fy, rx * fy - ry * fx]
+            total = total + np.array([fx, fy, rx * fy - ry * fx])
         return [*y[3:], *(total / [4.0, 4.0, 0.5])]
 
     y = [0.0, 0.0, 0.1, 0.0, 0.0, 0.0]
@@ -54,7 +55,7 @@ def limit_time(a: float, first: float, last: float) -> float:
     """When the friction of all legs cannot hold the table any more: no motion gains what friction takes from it."""
 
     def factor(t: float) -> float:
-        F = load(t)
+        F = pull(t)
         own = F / np.linalg.norm(F)
         others = np.linalg.svd(own[None])[2][1:]
 
@@ -87,7 +88,9 @@ def test_one_leg_comes_to_rest_before_the_others_and_all_slide_again(table):
     run = table.run(t_end=2.2, method="dop853")
     assert run.ok, [check.says for check in run.objections]
     sticks = {event.name: event.t for event in run.events if event.action == "stick"}
-    assert set(sticks) == {"leg0", "leg1", "leg2", "leg3"} and sticks["leg0"] < sticks["leg1"] == sticks["leg3"]
+    assert (
+        set(sticks) == {"leg0", "leg1", "leg2", "leg3"} and sticks["leg0"] < sticks["leg1"] == sticks["leg3"]
+    )
     np.testing.assert_allclose([*run.q[-1], *run.v[-1]], by_legs(2.2, 0.47), atol=3e-5)
 
 
@@ -104,7 +107,9 @@ HALF, MASS, RISE, LEAN = 1.0, 5.0, 0.9, 0.25
 
 def ladder(mu: float) -> Model:
     m = Model("ladder", gravity=(0, 0, -G))
-    x, y, z, a, b = (m.coordinate(name, start=start) for name, start in zip("xyzab", (0.0, 0.0, 0.0, RISE, LEAN)))
+    x, y, z, a, b = (
+        m.coordinate(name, start=start) for name, start in zip("xyzab", (0.0, 0.0, 0.0, RISE, LEAN))
+    )
     ux, uy, uz = sin(b) * cos(a), -cos(b) * cos(a), sin(a)
     J = MASS * HALF**2 / 3.0
     m.body("rod", mass=MASS, inertia=[0, J, J], com=(x, y, z), rotation=[["z", b - np.pi / 2], ["y", -a]])
@@ -153,11 +158,13 @@ def leaning(**more):
 def test_a_ladder_slides_down_along_floor_and_wall_at_once(method):
     run = rod(0.3).run(t_end=0.6, method=method, start=leaning())
     assert run.ok, [check.says for check in run.objections]
-    np.testing.assert_allclose(run.q[-1], by_rod(0.3, 0.0, 0.6), atol=1e-5 if method in ("taylor", "auto") else 3e-7)
+    np.testing.assert_allclose(
+        run.q[-1], by_rod(0.3, 0.0, 0.6), atol=1e-5 if method in ("taylor", "auto") else 3e-7
+    )
 
 
 def slack(t: float, mu: float, push: float) -> float:
-    """What is left of both circles, of the forces at rest for which most is: these have one unknown more than equations."""
+    """What is left of both circles, of the forces at rest for which most is: one unknown more than equations."""
     u = np.array([np.sin(LEAN) * np.cos(RISE), -np.cos(LEAN) * np.cos(RISE), np.sin(RISE)])
     arm = np.array([[0.0, -u[2], u[1]], [u[2], 0.0, -u[0]], [-u[1], u[0], 0.0]])
     rows, right = np.vstack([np.hstack([np.eye(3)] * 2), np.hstack([-arm, arm])]), np.zeros(6)
@@ -195,7 +202,8 @@ def test_a_ladder_holds_as_long_as_some_forces_in_both_circles_hold_it_and_then_
     assert held.ok and not held.events and np.abs(held.v).max() < 1e-12
     run = rod(0.6).run(t_end=1.2, method="dop853", start=leaning(), parameters={"push": 20.0})
     assert run.ok, [check.says for check in run.objections]
-    ((name, action, t),) = [(event.name, event.action, event.t) for event in run.events]
+    (name, action, t), *more = [(event.name, event.action, event.t) for event in run.events]
+    assert not more
     assert (name, action) == ("head", "slip")
     assert t == pytest.approx(brentq(slack, 0.5, 0.9, args=(0.6, 20.0)), abs=1e-6)
     a, b = run.q[-1, 3:]
@@ -218,11 +226,19 @@ def test_a_ball_in_a_corner_slides_on_both_sides_in_two_directions_each(method):
     m.force(z, -2.0 * G)
     m.force(y, "-9")
     m.load("drive", body="ball", torque=("1.1*t", "-1.4*t", "0.6*t"))
-    w = dot(c) * cos(a) * cos(b) - dot(b) * sin(a), dot(c) * sin(a) * cos(b) + dot(b) * cos(a), dot(a) - dot(c) * sin(b)
+    w = (
+        dot(c) * cos(a) * cos(b) - dot(b) * sin(a),
+        dot(c) * sin(a) * cos(b) + dot(b) * cos(a),
+        dot(a) - dot(c) * sin(b),
+    )
     m.stop("floor", z - RADIUS)
     m.stop("wall", y - RADIUS)
-    m.friction("below", speeds=(dot(x) - w[1] * RADIUS, dot(y) + w[0] * RADIUS), coefficient=0.3, normal="floor")
-    m.friction("beside", speeds=(dot(x) + w[2] * RADIUS, dot(z) - w[0] * RADIUS), coefficient=0.4, normal="wall")
+    m.friction(
+        "below", speeds=(dot(x) - w[1] * RADIUS, dot(y) + w[0] * RADIUS), coefficient=0.3, normal="floor"
+    )
+    m.friction(
+        "beside", speeds=(dot(x) + w[2] * RADIUS, dot(z) - w[0] * RADIUS), coefficient=0.4, normal="wall"
+    )
     run = m.derive().run(t_end=1.4, method=method)
     assert run.ok, [check.says for check in run.objections]
 
@@ -237,7 +253,9 @@ def test_a_ball_in_a_corner_slides_on_both_sides_in_two_directions_each(method):
 
     exact = solve_ivp(motion, (0.0, 1.4), [0.0] * 5, "Radau", rtol=1e-9, atol=1e-12, max_step=0.01).y[:, -1]
     assert {event.name for event in run.events if event.action == "slip"} >= {"below"}
-    assert run["x"][-1] == pytest.approx(exact[0], abs=2e-6) and run["dot(x)"][-1] == pytest.approx(exact[1], abs=2e-5)
+    assert run["x"][-1] == pytest.approx(exact[0], abs=2e-6) and run["dot(x)"][-1] == pytest.approx(
+        exact[1], abs=2e-5
+    )
 
 
 # What is guided ------------------------------------------------------------------------------------------------------
@@ -257,3 +275,18 @@ def test_friction_on_what_is_guided_along_a_curve_stays_against_its_motion(metho
     assert run.ok, [check.says for check in run.objections]
     assert [(event.action, event.t) for event in run.events] == [("slip", pytest.approx(0.5))]
     np.testing.assert_allclose(run.q[-1], [np.cos(2.25), np.sin(2.25)], atol=1e-6)
+
+
+@pytest.mark.parametrize("method", ["auto", "dop853"])
+def test_the_bundled_block_slips_and_sticks_as_its_phases_say(method):
+    run = load("block_on_plate").run(method=method)
+    assert run.ok, [check.says for check in run.objections]
+
+    def shaken(t):
+        return -np.array([0.14 * 25.0 * np.sin(5.0 * t), 0.05 * 49.0 * np.cos(7.0 * t)])
+
+    exact = course(Plate(shaken, lambda t: G, 0.3, 0.4), 3.9)
+    events = [(event.action, event.t) for event in run.events]
+    assert [what for what, _ in events] == [what for what, _ in exact.events] and len(events) > 4
+    np.testing.assert_allclose([t for _, t in events], [t for _, t in exact.events], atol=1e-6)
+    np.testing.assert_allclose(run.q[-1], exact.place, atol=1e-6)  # of 0.05 m, after five slips

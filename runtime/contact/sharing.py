@@ -141,7 +141,9 @@ def evened(
     return _doing_the_same(here, forces, forces + ways @ x[:-1], rows), float(x[-1])
 
 
-def _doing_the_same(here: LocalDynamics, forces: np.ndarray, others: np.ndarray, rows: np.ndarray) -> np.ndarray:
+def _doing_the_same(
+    here: LocalDynamics, forces: np.ndarray, others: np.ndarray, rows: np.ndarray
+) -> np.ndarray:
     """Return other forces without the round-off by which they do not what some forces do."""
     wrong = here.compliance @ (others - forces)
     others = others.copy()

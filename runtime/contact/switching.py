@@ -144,7 +144,9 @@ class Holding(Instant):
         aimed, turns = self.aimed[rows], self.turning[rows]
         turned = here.turned(self.layout.turned(self.senses, self.aimed | self.turning))
         across, own = self.n_stops + self.layout.circles[:, 1], np.diag(turned.compliance)
-        guided = _follow(turned.compliance, kept)[across] | (own[across] <= _GUIDED * own[self.n_stops + rows])
+        guided = _follow(turned.compliance, kept)[across] | (
+            own[across] <= _GUIDED * own[self.n_stops + rows]
+        )
         guided &= aimed
         for j in across[aimed & ~guided]:
             if _follow(turned.compliance, kept)[j]:
@@ -283,7 +285,9 @@ class Holding(Instant):
         sticks = waiting & (together(np.abs(own)) < (1.0 - close) * most)
         undecided = waiting & ~sticks & (together(np.abs(pulled)) <= small)
         if undecided.any():
-            later, forces, most = self._soon(here, acting, waiting, forces, undecided & shared[self.n_stops :])
+            later, forces, most = self._soon(
+                here, acting, waiting, forces, undecided & shared[self.n_stops :]
+            )
             soon = forces[self.n_stops :]
             sticks |= undecided & (together(np.abs(soon)) < (1.0 - 2.0 * _AT_LIMIT) * most)
             if len(self.layout.circles):  # at its limit, but others hold on
@@ -299,7 +303,12 @@ class Holding(Instant):
         return sticks, onset
 
     def _soon(
-        self, here: LocalDynamics, acting: np.ndarray, waiting: np.ndarray, forces: np.ndarray, shared: np.ndarray
+        self,
+        here: LocalDynamics,
+        acting: np.ndarray,
+        waiting: np.ndarray,
+        forces: np.ndarray,
+        shared: np.ndarray,
     ) -> tuple[LocalDynamics, np.ndarray, np.ndarray]:
         """Return the equations a moment later, the forces and the levels there.
 
@@ -592,7 +601,7 @@ class Switching(Holding):
         struck = self.closed | is_fired[: self.n_stops] | (gaps <= self._round_off(here))
         near = struck | (gaps <= self._gap_tolerances(here))
         fired_frictions = self._of_either(is_fired[self.n_stops :])
-        came_to_rest = fired_frictions & self._came_to_rest(here)
+        came_to_rest = fired_frictions & self._came_to_rest(here) & ~self._under_way(here)
         sticking = self.stuck & ~self.aimed
         aims = self._aim_anew(fired_frictions & ~came_to_rest)
         self._decide(near, struck, sticking | came_to_rest, aims)
@@ -661,6 +670,14 @@ class Switching(Holding):
             except np.linalg.LinAlgError:  # not a number: another reason to stop
                 return ""
         return ""
+
+    def _under_way(self, here: LocalDynamics) -> np.ndarray:
+        """Which frictions have come to the speed at which their aim ends."""
+        found = np.zeros_like(self.aimed)
+        along = here.turned(self.layout.turned(self.senses, self.aimed)).speeds[self.n_stops :]
+        for (i, j), bound in zip(self.layout.circles, self._aims[:, 1], strict=True):
+            found[[i, j]] = self.aimed[i] and along[i] >= bound * (1.0 - _AT_BOUND)
+        return found
 
     def _a_step_ahead(self) -> LocalDynamics:
         """Where the step that failed would have ended, but for accelerations."""
