@@ -182,6 +182,9 @@ SECTIONS: dict[str, dict[str, Entry]] = {
         "newtons_cradle": Entry(
             "run newtons_cradle", "One blow after another: as many balls fly off as come.", 0.36
         ),
+        "block_on_plate": Entry(
+            "run block_on_plate", "Friction in a plane: it sticks in two directions, and slips in any.", 0.6
+        ),
         "stick_slip": Entry("run stick_slip", "Steps end where it begins to stick or to slip.", 1.0),
         "turntable": Entry(
             "run turntable", "Rolling on what turns: no energy is lost, and it stays on the table.", 2.0

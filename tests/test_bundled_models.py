@@ -28,7 +28,8 @@ OF_DRIVES = ("belt_drive", "rack_and_pinion", "satellite_wheels")
 OF_ASSEMBLIES = ("differential_car", "engine_v6")  # by tests/test_assembly_models.py
 OF_STATES = ("active_suspension",)  # by tests/test_states.py
 OF_SHAPES = ("die",)  # by tests/test_contact_shapes.py
-OF_OTHERS = (*OF_ELEMENTS, *OF_DRIVES, *OF_ASSEMBLIES, *OF_STATES, *OF_SHAPES)
+OF_FRICTION = ("block_on_plate",)  # by tests/test_friction_planes.py
+OF_OTHERS = (*OF_FRICTION, *OF_ELEMENTS, *OF_DRIVES, *OF_ASSEMBLIES, *OF_STATES, *OF_SHAPES)
 OF_JOINTS = [
     name
     for name in TOML_MODELS

@@ -242,14 +242,11 @@ def test_legs_that_slide_and_turn_move_as_one_body():
     np.testing.assert_allclose([*run.q[-1], *run.v[-1]], exact, rtol=1e-5, atol=1e-6)
 
 
-def test_legs_that_do_not_give_way_stay_and_those_that_turn_about_a_point_are_refused_by_name():
+def test_legs_that_do_not_give_way_stay():
     held = legs(0.2).derive().run(t_end=4.0)
     assert held.ok and not any(check.note for check in held.health), [check.says for check in held.health]
     assert held.energy.max_error < 1e-9
     assert np.abs(held.q - [0.0, 0.0, 0.1]).max() < 1e-12
-    run = legs(1.0).derive().run(t_end=4.0)
-    assert run.status == "failed" and "leg0, leg1" in run.message
-    assert "begins to slide about a point" in run.message and "'smooth' or 'creep'" in run.message
 
 
 @pytest.mark.parametrize("law", [smooth, creep])

@@ -16,6 +16,7 @@ from symgen.runtime.contact.coulomb import check_unique, coulomb_forces
 from symgen.runtime.contact.instant import Instant
 from symgen.runtime.contact.levels import Levels
 from symgen.runtime.contact.local_dynamics import LocalDynamics, Normal, normal_forces
+from symgen.runtime.contact.sharing import AT_LIMIT, evened
 from symgen.runtime.errors import ContactError, RuntimeModelError
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.positions import Positions
@@ -25,8 +26,10 @@ _ROUNDED = 1e-13  # of the accelerations that a force balances
 _AT_LIMIT = 1e-10  # of the range of a friction force
 _DEPENDENT = 1e-8  # of a row's compliance that is left once others are held: they hold it as well
 _AHEAD = 1e-7  # of the time that the motion takes to change
+_MOMENTS = (_AHEAD, 1e-6, 1e-5)  # the same, until what is shared is beyond its limit
 _FINEST, _WIDEST = 1e-13, 0.02  # tolerance that an aim goes by, and angle [rad] that it lasts for at most
 _PARALLEL, _APART = 1e-6, 1e-12  # of directions of sliding; of what moves each other
+_GUIDED = 1e-12  # of the compliance along a direction: constraints hold the one across
 _NEARLY = 100.0  # times the speed that is zero within the tolerances
 _FAR = 0.999  # of what a friction can take
 _ANY_ANGLE, _ANY_SPEED = 1e9, 1e150
@@ -50,8 +53,9 @@ class Holding(Instant):
             touching, forces, most = self._landed(here, touching, still, levels)
             acting = np.concatenate([touching, still])
             forces = _spread(here.compliance, acting[self.n_stops :] & ~self._in_circles, forces, most)
+            forces, most, shared = self._evened(here, acting, levels, forces, most)
             accelerations = here.free + here.compliance @ forces
-            sticks, onset = self._sticking(here, acting, levels, forces, most)
+            sticks, onset = self._sticking(here, acting, levels, forces, most, shared)
             slipping = still & ~sticks
             if not slipping.any():
                 break
@@ -62,13 +66,56 @@ class Holding(Instant):
         weak = self._weak(here, touching & struck, forces, accelerations)
         pressing = weak & (self._later(here, forces).free <= here.free) if weak.any() else weak
         far = np.concatenate([held[: self.n_stops], self._far_from_limit(forces[self.n_stops :], most)])
-        kept = _independent(here.compliance, [held & ~weak & far, held & ~weak & ~far, pressing])
+        # What shares a load near its limit is held where little force does much.
+        firmest = held & ~weak & shared
+        kept = _independent(here.compliance, [held & ~weak & far & ~firmest, held & ~weak & ~far & ~firmest])
+        kept = _firmest(here.compliance, kept, firmest)
+        kept = _independent(here.compliance, [kept, pressing])
         self.resting = waiting & ~kept[self.n_stops :] & _follow(here.compliance, kept)[self.n_stops :]
         self._share(here, sticks & ~kept[self.n_stops :], forces)
         self.aimed = self.aimed & self._pressed(kept[: self.n_stops])  # a stop that takes off bears nothing
         in_touch = touching & (here.speeds[: self.n_stops] <= self._speed_tolerances(here)[: self.n_stops])
         self._check_unique(here, in_touch, kept[self.n_stops :], levels, forces)
         return self._with_aims(here, kept, levels, forces)
+
+    def _evened(
+        self, here: LocalDynamics, acting: np.ndarray, levels: Levels, forces: np.ndarray, most: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return forces that do the same, the levels, and whose load frictions in planes share near their limits."""
+        none = np.zeros(self.n, dtype=bool)
+        if not len(self.layout.circles):
+            return forces, most, none
+        given = forces
+        small = _UNDECIDED * np.abs(here.free).max(initial=0.0)
+        slides = (self._coupled & ~acting[self.n_stops :]).any()
+        if not slides:  # whether what slides has stops that it follows depends on all
+            forces = self._balanced(here, acting, forces, small)
+        movable = acting & (np.abs(here.free + here.compliance @ forces) <= small)
+        if slides:
+            movable[: self.n_stops] = False
+        found = evened(here, levels, forces, movable, self.layout.circles)
+        if found is None or found[1] <= 0.0:
+            return given, most, none
+        c, slope = levels.linear(here, found[0], 1.0)
+        movable[: self.n_stops] = False
+        return found[0], c + slope @ found[0], movable
+
+    def _balanced(
+        self, here: LocalDynamics, acting: np.ndarray, forces: np.ndarray, small: float
+    ) -> np.ndarray:
+        """Return forces that hold all that acts, however large frictions must be for that, if stops need not pull.
+
+        Where reactions and frictions follow each other there can be two motions: one that is held, and one that slides.
+        """
+        pressed = acting & (np.arange(self.n) >= self.n_stops)
+        pressed[: self.n_stops] = acting[: self.n_stops] & (forces[: self.n_stops] > 0.0)
+        accelerations = here.free + here.compliance @ forces
+        if not (np.abs(accelerations) > small)[pressed].any():
+            return forces
+        held, block = forces.copy(), here.compliance[np.ix_(pressed, pressed)]
+        held[pressed] -= np.linalg.lstsq(block, accelerations[pressed], rcond=_DEPENDENT)[0]
+        stays = np.abs(here.free + here.compliance @ held)[acting].max() <= small
+        return held if stays and (held[: self.n_stops] >= 0.0).all() else forces
 
     def _far_from_limit(self, forces: np.ndarray, most: np.ndarray) -> np.ndarray:
         """Which frictions are to hold what several could: all, but those of two directions that can take no more."""
@@ -89,26 +136,35 @@ class Holding(Instant):
         rows = self.layout.circles[:, 0]
         aimed, turns = self.aimed[rows], self.turning[rows]
         turned = here.turned(self.layout.turned(self.senses, self.aimed | self.turning))
-        if self._begin_about_a_point(here, self.layout.circles[aimed]):
-            raise self._without_direction(rows[aimed])
-        for j in self.n_stops + self.layout.circles[aimed, 1]:
+        across, own = self.n_stops + self.layout.circles[:, 1], np.diag(turned.compliance)
+        guided = _follow(turned.compliance, kept)[across] | (
+            own[across] <= _GUIDED * own[self.n_stops + rows]
+        )
+        guided &= aimed
+        for j in across[aimed & ~guided]:
             if _follow(turned.compliance, kept)[j]:
                 continue
             more = kept | (np.arange(self.n) == j)
             if _follow(turned.compliance, more)[self.n_stops + rows[aimed]].any():
                 raise self._without_direction(rows[aimed])
             kept = more
-        angle = (6.0 * max(float(self.arrays.control[at.RTOL]), _FINEST)) ** (1.0 / 3.0)
         step, along = self.arrays.fixed_step, self.n_stops + rows
-        angles = np.where(aimed, _WIDEST if step else min(angle, _WIDEST), 0.0)
-        bounds = np.where(aimed, _ANY_SPEED, 0.0)
+        c, slope = levels.linear(here, forces, 1.0)
+        stopping = (c + slope @ forces)[rows] * np.diag(turned.compliance)[along]
+        beginning = (turned.free + turned.compliance @ (turned.rotation @ forces))[along]
+        tolerance = max(float(self.arrays.control[at.RTOL]), _FINEST)
+        angles = np.full(len(rows), (6.0 * tolerance) ** (1.0 / 3.0))
+        if self._begin_about_a_point(here, self.layout.circles[aimed]):
+            # What begins at once is faster: the error is of second order, and the motions of others depend on it.
+            faster = np.maximum(beginning, 1e-300) / np.maximum(stopping, 1e-300)
+            angles = np.minimum(angles, np.sqrt(2.0 * tolerance / faster))
+        angles = np.where(aimed, _WIDEST if step else np.minimum(angles, _WIDEST), 0.0)
+        # What is guided needs no aim but while its speed is too low to have a direction.
+        bounds = np.where(guided, _NEARLY * self._slow(here)[rows], np.where(aimed, _ANY_SPEED, 0.0))
         if step:
-            c, slope = levels.linear(here, forces, 1.0)
-            stopped = (c + slope @ forces)[rows] * np.diag(turned.compliance)[along] * step
-            stopped *= self.arrays.aimed_steps
-            rising = (turned.free + turned.compliance @ (turned.rotation @ forces))[along] > 0.0
-            angles = np.where(aimed & ~rising, _ANY_ANGLE, angles)
-            bounds = np.where(aimed, _CLEARLY * stopped, np.where(turns, stopped, 0.0))
+            stopped = stopping * step * self.arrays.aimed_steps
+            angles = np.where(aimed & ~(beginning > 0.0), _ANY_ANGLE, angles)
+            bounds = np.where(aimed & ~guided, _CLEARLY * stopped, np.where(turns, stopped, bounds))
         self._aims = np.column_stack([angles, bounds])
         return kept
 
@@ -127,9 +183,10 @@ class Holding(Instant):
 
     def _without_direction(self, rows: np.ndarray) -> ContactError:
         names = dict.fromkeys(self.names[self.n_stops + i] for i in rows)
+        steps = "take a method that chooses its steps, as dop853, or " if self.arrays.fixed_step else ""
         return ContactError(
             f"friction in two directions ({', '.join(names)}) of one body begins to slide about a point at "
-            f"t = {self.arrays.t:.9g} s: in which directions does not follow from what holds it at rest; give these "
+            f"t = {self.arrays.t:.9g} s, in directions that change faster than its steps follow: {steps}give these "
             "frictions 'smooth' or 'creep'"
         )
 
@@ -205,6 +262,7 @@ class Holding(Instant):
         levels: Levels,
         forces: np.ndarray,
         most: np.ndarray,
+        shared: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return which of the frictions that act stick, and in which direction the others begin to slide.
 
@@ -216,11 +274,13 @@ class Holding(Instant):
         small = _UNDECIDED * np.abs(here.free).max(initial=0.0)
         waiting = acting[self.n_stops :]
         # A friction that has just begun to slip is at its limit but for round-off.
-        sticks = waiting & (together(np.abs(own)) < (1.0 - 2.0 * _AT_LIMIT) * most)
+        close = np.where(shared[self.n_stops :], AT_LIMIT, 2.0 * _AT_LIMIT)
+        sticks = waiting & (together(np.abs(own)) < (1.0 - close) * most)
         undecided = waiting & ~sticks & (together(np.abs(pulled)) <= small)
         if undecided.any():
-            later = self._later(here, forces)
-            forces, most = self._forces(later, acting, self._levels(waiting, later))
+            later, forces, most = self._soon(
+                here, acting, waiting, forces, undecided & shared[self.n_stops :]
+            )
             soon = forces[self.n_stops :]
             sticks |= undecided & (together(np.abs(soon)) < (1.0 - 2.0 * _AT_LIMIT) * most)
             if len(self.layout.circles):  # at its limit, but others hold on
@@ -234,6 +294,27 @@ class Holding(Instant):
                 begins, self._onset_in_plane(here, acting, sticks, own, pulled, undecided), onset
             )
         return sticks, onset
+
+    def _soon(
+        self,
+        here: LocalDynamics,
+        acting: np.ndarray,
+        waiting: np.ndarray,
+        forces: np.ndarray,
+        shared: np.ndarray,
+    ) -> tuple[LocalDynamics, np.ndarray, np.ndarray]:
+        """Return the equations a moment later, the forces and the levels there.
+
+        Where several that share a load are close to its limit, the moment is one at which it is beyond the limit.
+        """
+        small = _UNDECIDED * np.abs(here.free).max(initial=0.0)
+        for ahead in _MOMENTS:
+            later = self._later(here, forces, ahead)
+            found, most = self._forces(later, acting, self._levels(waiting, later))
+            change = np.abs((later.free + later.compliance @ found)[self.n_stops :])
+            if not shared.any() or (change > small)[shared].any():
+                break
+        return later, found, most
 
     def _onset_in_plane(
         self,
@@ -265,7 +346,7 @@ class Holding(Instant):
         weak[: self.n_stops] = touching & (np.abs(np.diag(here.compliance) * forces)[: self.n_stops] <= small)
         return weak & (np.abs(accelerations) <= small) & (np.abs(here.speeds) <= self._speed_tolerances(here))
 
-    def _later(self, here: LocalDynamics, forces: np.ndarray) -> LocalDynamics:
+    def _later(self, here: LocalDynamics, forces: np.ndarray, ahead: float = _AHEAD) -> LocalDynamics:
         """The equations a moment later, on the way that some forces lead."""
         system, nq = self.system, self.system.nq
         q, v, change = here.state[:nq], here.state[nq:], here.accelerations(forces)
@@ -277,7 +358,7 @@ class Holding(Instant):
         rates = np.where(np.abs(v) > float(self.arrays.control[at.ATOL]) + _ROUNDED, v, 0.0)
         speed = max(np.abs(rates).max(initial=0.0), np.abs(change).max(initial=0.0))
         size = max(1.0, np.abs(here.state).max(initial=0.0))
-        ahead = _AHEAD * (size / speed if speed > 0.0 else 1.0)
+        ahead = ahead * (size / speed if speed > 0.0 else 1.0)
         state = np.concatenate([Positions(system).retract(q, ahead * v), v + ahead * change])
         return self.equations.at(self.arrays.p, here.t + ahead, state)
 
@@ -337,13 +418,29 @@ def _independent(compliance: np.ndarray, groups: list[np.ndarray]) -> np.ndarray
     return kept
 
 
+def _firmest(compliance: np.ndarray, kept: np.ndarray, group: np.ndarray) -> np.ndarray:
+    """Return `kept` and the rows of a group that do not follow from it, each the one that follows least."""
+    kept = kept.copy()
+    own = np.maximum(np.diag(compliance), 1e-300)
+    while True:
+        part = np.where(group & ~kept, _left(compliance, kept) / own, 0.0)
+        best = int(np.argmax(part))
+        if part[best] <= _DEPENDENT:
+            return kept
+        kept[best] = True
+
+
 def _follow(compliance: np.ndarray, kept: np.ndarray) -> np.ndarray:
     """Return which rows do not move where those that are `kept` do not."""
+    return _left(compliance, kept) <= _DEPENDENT * np.diag(compliance)
+
+
+def _left(compliance: np.ndarray, kept: np.ndarray) -> np.ndarray:
+    """Return how easily each row still moves where those that are `kept` do not."""
     own, cross = np.diag(compliance), compliance[kept]
-    left = own
-    if kept.any():
-        left = own - (cross * np.linalg.solve(compliance[np.ix_(kept, kept)], cross)).sum(axis=0)
-    return left <= _DEPENDENT * own
+    if not kept.any():
+        return own
+    return own - (cross * np.linalg.solve(compliance[np.ix_(kept, kept)], cross)).sum(axis=0)
 
 
 _HALVINGS = 40
@@ -500,7 +597,7 @@ class Switching(Holding):
         struck = self.closed | is_fired[: self.n_stops] | (gaps <= self._round_off(here))
         near = struck | (gaps <= self._gap_tolerances(here))
         fired_frictions = self._of_either(is_fired[self.n_stops :])
-        came_to_rest = fired_frictions & self._came_to_rest(here)
+        came_to_rest = fired_frictions & self._came_to_rest(here) & ~self._under_way(here)
         sticking = self.stuck & ~self.aimed
         aims = self._aim_anew(fired_frictions & ~came_to_rest)
         self._decide(near, struck, sticking | came_to_rest, aims)
@@ -593,6 +690,14 @@ class Switching(Holding):
             except np.linalg.LinAlgError:  # not a number: another reason to stop
                 return ""
         return ""
+
+    def _under_way(self, here: LocalDynamics) -> np.ndarray:
+        """Which frictions have come to the speed at which their aim ends."""
+        found = np.zeros_like(self.aimed)
+        along = here.turned(self.layout.turned(self.senses, self.aimed)).speeds[self.n_stops :]
+        for (i, j), bound in zip(self.layout.circles, self._aims[:, 1], strict=True):
+            found[[i, j]] = self.aimed[i] and along[i] >= bound * (1.0 - _AT_BOUND)
+        return found
 
     def _a_step_ahead(self) -> LocalDynamics:
         """Where the step that failed would have ended, but for accelerations."""

@@ -305,7 +305,11 @@ class Switches:
         """What falls to zero where sliding ends, or where it comes to have no solution."""
         others = () if f.across is None else (algebra.ONE,)
         if f.across is not None and f.smooth is None:
-            others = (_either(_setting(f, "turns"), _norm(f.speeds) - _setting(f, "bound"), algebra.ONE),)
+            turns, aimed, bound = (_setting(f, key) for key in ("turns", "aimed", "bound"))
+            aims = _either(
+                aimed, bound - _in_axes_of(f)[0], algebra.ONE
+            )  # what is guided has nothing that is held
+            others = (_either(turns, _norm(f.speeds) - bound, aims),)
         if f.normal and f not in self._acting():
             return (algebra.ONE, *others)
         sliding, margin = _onward(f), _symbol(f.name, "margin")
