@@ -173,7 +173,8 @@ class SwitchedBatch:
         settled = self._settling.act(fired, self._p[which], times, self._y[which, :n])
         self._p[which], self._y[which, :n] = settled.parameters, settled.states
         sound = self._settle_in_full(which, settled.plain, fired)
-        change = self._energy(which) - energy
+        with np.errstate(all="ignore"):  # of members with numbers beyond the range, which fail
+            change = self._energy(which) - energy
         self._column("level")[which] += change
         now, rows = self._settling.held(self._p[which]), np.arange(len(which))
         # The function of what was closed or let go is another one now, and not at its zero.
