@@ -42,7 +42,7 @@ def message(text: str) -> str:
 
 
 def replace_closed_streams() -> None:
-    """Let what is said to a standard stream that is closed (`2>&-`) go nowhere; no other file gets its number either."""
+    """Let what is said to a standard stream that is closed (`2>&-`) go nowhere; no file gets its number."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))
