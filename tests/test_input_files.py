@@ -116,6 +116,7 @@ def test_table_files(tmp_path):
     [
         ("t,u\n0,1\n1,x\n", "line 3.*column 2 holds 'x'"),
         ("0,1\n1,inf\n", "line 2.*no finite number"),
+        ("0,1\n1,1_0\n", "line 2.*'1_0', which is no finite number"),
         ("0,1\n1,2,3\n", "line 2.*3 columns, where 2 are expected"),
         ("0\n1\n", "line 1.*1 column, where 2 are expected"),
         ("0,1\n0,2\n", "line 2.*0 s follows 0 s"),

@@ -127,6 +127,20 @@ def test_ctrl_c_before_a_command_begins(place):
     assert (process.returncode, out, said.strip()) == (130, "", "interrupted")
 
 
+def test_ctrl_c_while_modules_are_imported():
+    code = (
+        "import sys\n"
+        "class Stop:\n"
+        "    def find_spec(self, name, path=None, target=None):\n"
+        "        if name == 'symgen.cli': raise KeyboardInterrupt\n"
+        "sys.meta_path.insert(0, Stop())\n"
+        "from symgen.entry import main; main()"
+    )
+    with started("-c", code) as process:
+        out, said = process.communicate(timeout=100)
+    assert (process.returncode, out, said.strip()) == (130, "", "interrupted")
+
+
 @pytest.mark.parametrize("closed", ["2>&-", ">&-", ">&- 2>&-"])
 def test_standard_streams_that_are_closed(tmp_path, closed):
     run = f'"{sys.executable}" -c "from symgen.cli import main; main()" run pendulum --t-end 1 --no-log {closed}'

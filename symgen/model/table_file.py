@@ -112,7 +112,7 @@ def _is_number(cell: str) -> bool:
         float(cell)
     except ValueError:
         return False
-    return True
+    return "_" not in cell  # Python reads 1_0 as ten; a damaged table has it
 
 
 def _row(
