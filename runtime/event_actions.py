@@ -442,10 +442,9 @@ class EventActions:
         floor = arrays.event_block(at.FLOOR)[which]
         past = past_event(arrays, values[which], floor)
         after = np.where(chosen, np.where(before != 0.0, -before, np.sign(values[arrays.jumps])), before)
-        arrays.event_block(at.SIDE)[which] = np.where(
-            past > 0.0, at.LEANING * after[chosen], np.sign(values[which])
-        )
-        arrays.event_block(at.BAND)[which] = floor + past
+        jumped = (past < np.abs(values[which])) & (np.sign(values[which]) == after[chosen])
+        arrays.event_block(at.SIDE)[which] = np.where(jumped, 1.0, at.LEANING) * after[chosen]
+        arrays.event_block(at.BAND)[which] = floor + np.where(jumped, 0.0, np.abs(values[which]))
         arrays.take_branches()
         self.n_jumps += len(which)
         self._refuse_sliding(which)

@@ -147,7 +147,7 @@ def simulate(system: System, options: RunOptions, choice: Choice | None = None) 
     opening = _opening_of(system, options, choice, began)
     if not isinstance(opening, _Opening):
         return opening
-    if options.at or type(options.t_end) is not float:
+    if len(options.at) or type(options.t_end) is not float:
         options = options.for_model(system)  # else all that this looks at was looked at when it was opened
     if options.rtol < opening.rtol:
         options = replace(options, rtol=opening.rtol)
