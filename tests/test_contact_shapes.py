@@ -312,23 +312,50 @@ def test_a_sphere_over_tables_is_as_far_as_the_foot_on_splines_of_scipy():
 )
 def test_a_ball_on_a_table_moves_as_on_the_formula(method, law):
     """A parabola: the cubic through its knots is the parabola."""
-    knots, found = np.linspace(-1, 1, 9), []
+    found = []
     for height in ("valley(here_x)", "here_x^2/one"):
-        m = Model("valley", gravity=(0, "-9.81 m/s^2"))
-        m.parameter("one", "1 m")
-        m.table(
-            "valley",
-            columns=[knots.tolist(), (knots**2).tolist()],
-            kind="cubic",
-            outside="extend",
-            units=["m"] * 2,
-        )
-        planar_body(m, "body", {"sphere": [0.1]}, (0.4, 0.32, 0.2), (0.1, 0.0, 3.0))
-        m.contact("ground", body="body", height=height, **law)
-        run = m.derive().run(t_end=0.4, method=method, rtol=1e-10, atol=1e-12)
+        options = (
+            {"max_step": 0.02} if "stiffness" in law else {}
+        )  # no event says where it begins to give way
+        run = ball_in_a_valley(height, law).run(t_end=0.4, method=method, rtol=1e-10, atol=1e-12, **options)
         assert run.ok and (run.events or "stiffness" in law)
-        found.append(run.states[-1])
-    np.testing.assert_allclose(found[0], found[1], rtol=1e-6, atol=1e-7)
+        found.append(run.states)
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize("method", ["dopri5", "bdf", "radau5", "dop853"])
+@pytest.mark.parametrize("rtol", [1e-6, 1e-10])
+def test_a_ball_that_steps_carry_through_a_valley_is_told_of(method, rtol):
+    """Below its focus a parabola pushes no more: a step that ends there, and none of whose stages is on the way."""
+    law = {"stiffness": "1e5 N/m^1.5", "damping": "0.2 s/m", "friction": 0.3, "smooth": "1e-2 m/s"}
+    system = ball_in_a_valley("here_x^2/one", law)
+    times = np.linspace(0.0, 0.6, 61)
+    options = {"t_end": 0.6, "t_eval": times, "method": method, "rtol": rtol, "atol": 1e-2 * rtol}
+    expected = system.run(**options | {"method": "radau9", "rtol": 1e-11, "atol": 1e-13}, max_step=0.005)
+    assert expected.ok
+    for n in (41, 61):
+        run = system.run(**options | {"t_end": times[n - 1], "t_eval": times[:n]})
+        right = np.abs(run.q - expected.q[:n]).max() < 1e-2
+        assert right or not run.ok
+        assert right or "max_step" in " ".join(entry.says for entry in run.objections)
+    closely = system.run(**options, max_step=0.02)
+    np.testing.assert_allclose(closely.q, expected.q, atol=1e-2 if rtol > 1e-8 else 1e-5)
+
+
+def ball_in_a_valley(height: str, law: dict):
+    knots = np.linspace(-1, 1, 9)
+    m = Model("valley", gravity=(0, "-9.81 m/s^2"))
+    m.parameter("one", "1 m")
+    m.table(
+        "valley",
+        columns=[knots.tolist(), (knots**2).tolist()],
+        kind="cubic",
+        outside="extend",
+        units=["m"] * 2,
+    )
+    planar_body(m, "body", {"sphere": [0.1]}, (0.4, 0.35, 0.2), (0.1, 0.0, 3.0))
+    m.contact("ground", body="body", height=height, **law)
+    return m.derive()
 
 
 def test_a_compliant_point_on_a_table_gives_way_as_on_the_formula():

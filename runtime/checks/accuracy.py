@@ -31,6 +31,9 @@ _SHARE = 0.012  # of the run's operations, for a companion; those of a long run 
 _CHEAP, _CHEAP_AT_LEAST = 2e7, 4e6
 _MORE_THAN_WHOLE, _MOST_OF_SAMPLED = 3.0, 2e9  # of a run with sampled controllers: half a second
 _HARDLY_RESOLVED = 1e3  # times atol: ranges below this
+# An error that is not there, and is all there is so shortly afterwards, in parts of the run, has not grown.
+_LOST, _SMALL_ERROR, _AT_ONCE_SHARE = 0.5, 1e-3, 0.02
+_AT_ONCE = "the error comes at once, as where a step goes over something that its stages do not meet"
 
 
 def accuracy(solution: Solution) -> Iterator[HealthCheck]:
@@ -142,8 +145,23 @@ def _entry(solution: Solution, found: ErrorEstimate) -> HealthCheck:
 def _remedy(solution: Solution, found: ErrorEstimate, column: int) -> str:
     scale = None if solution.step else found.gone_over(LARGEST_ERROR)
     if scale is None:
-        return _tighter(solution, column)
+        tighter = _tighter(solution, column)
+        return (
+            f"{tighter}, or shorter steps (max_step): {_AT_ONCE}"
+            if _comes_at_once(solution, found)
+            else tighter
+        )
     return f"steps of at most {scale:.2g} s (max_step): longer ones went over something as short as that"
+
+
+def _comes_at_once(solution: Solution, found: ErrorEstimate) -> bool:
+    """Whether the whole motion of a run of adaptive steps is lost from one frame to the next few: no tolerance is."""
+    if solution.step or found.largest < _LOST:
+        return False
+    span = max(
+        _AT_ONCE_SHARE * float(found.t[-1] - found.t[0]), 2.0 * float(np.diff(found.t).max(initial=0.0))
+    )
+    return found.until(LARGEST_ERROR) - found.until(_SMALL_ERROR) <= span
 
 
 def _tighter(solution: Solution, column: int) -> str:
