@@ -277,7 +277,7 @@ def test_friction_on_what_is_guided_along_a_curve_stays_against_its_motion(metho
     np.testing.assert_allclose(run.q[-1], [np.cos(2.25), np.sin(2.25)], atol=1e-6)
 
 
-@pytest.mark.parametrize("method", ["auto", "dop853"])
+@pytest.mark.parametrize("method", ["auto", "dop853", "radau5"])
 def test_the_bundled_block_slips_and_sticks_as_its_phases_say(method):
     run = load("block_on_plate").run(method=method)
     assert run.ok, [check.says for check in run.objections]
