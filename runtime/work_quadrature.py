@@ -100,7 +100,10 @@ def work_by_quadrature(
 
 
 class _Pieces(NamedTuple):
-    """Pieces of the motion without jumps: times and states on both sides, the interval between frames, the form."""
+    """Pieces of the motion without jumps: times and states on both sides, the interval between frames, the form.
+
+    Friction that slips from rest is aimed at first; `form_at_begin` has its direction there.
+    """
 
     t: np.ndarray
     t_end: np.ndarray
@@ -108,6 +111,7 @@ class _Pieces(NamedTuple):
     end: np.ndarray
     interval: np.ndarray
     form: np.ndarray
+    form_at_begin: np.ndarray
 
     def of(self, chosen: np.ndarray) -> _Pieces:
         """Return some of them."""
@@ -139,7 +143,9 @@ def _pieces(
     even = _even(system, index, forms)
     smooth = even & (first == last) & (index[1:] == index[:-1])
     whole = np.flatnonzero(smooth)
-    found = [_Pieces(t[whole], t[whole + 1], states[whole], states[whole + 1], whole, index[whole])]
+    found = [
+        _Pieces(t[whole], t[whole + 1], states[whole], states[whole + 1], whole, index[whole], index[whole])
+    ]
     done = np.where(smooth, 0.0, np.diff(work))
     for i in np.flatnonzero(even & (last > first)):
         there = jumps[first[i] : last[i]]
@@ -154,6 +160,7 @@ def _pieces(
             _Pieces(
                 np.array([t[i], slip.t]), np.array([slip.t, t[i + 1]]), np.array([states[i], after]),
                 np.array([before, states[i + 1]]), np.array([i, i]), index[i : i + 2],
+                np.array([index[i], index[i] + 1]),
             )
         )  # fmt: skip
     return _Pieces(*(np.concatenate(values) for values in zip(*found, strict=True))), done
@@ -170,17 +177,31 @@ def _even(system: System, index: np.ndarray, forms: Forms | None) -> np.ndarray:
 def _stretches(system: System, p: np.ndarray, pieces: _Pieces, forms: Forms | None) -> list[_Stretch]:
     """Return the pieces by what is held in them."""
     found = []
+    a = _accelerations(system, p, forms, pieces.form_at_begin, pieces.t, pieces.begin)
+    at_end = _accelerations(system, p, forms, pieces.form, pieces.t_end, pieces.end)
     for k in np.unique(pieces.form):
-        form, here, own = system, p, pieces.of(np.flatnonzero(pieces.form == k))
-        if forms is not None:
-            form, here = contact_forms.form_of(system, forms.settings[k]), p.copy()
-            here[system.settings_of_switches] = forms.settings[k]
-        a, at_end = (
-            accelerations_and_multipliers(form, here, times, np.ascontiguousarray(states))[0]
-            for times, states in ((own.t, own.begin), (own.t_end, own.end))
-        )
-        found.append(_Stretch(form, here, own, a, at_end))
+        own = np.flatnonzero(pieces.form == k)
+        found.append(_Stretch(*_in_form(system, p, forms, k), pieces.of(own), a[own], at_end[own]))
     return found
+
+
+def _accelerations(
+    system: System, p: np.ndarray, forms: Forms | None, index: np.ndarray, t: np.ndarray, states: np.ndarray
+) -> np.ndarray:
+    a = np.zeros((len(t), system.nv))
+    for k in np.unique(index):
+        own = np.flatnonzero(index == k)
+        a[own], _ = accelerations_and_multipliers(*_in_form(system, p, forms, k), t[own], states[own])
+    return a
+
+
+def _in_form(system: System, p: np.ndarray, forms: Forms | None, k: int) -> tuple[System, np.ndarray]:
+    """Return the model and its parameters with what is held in one form."""
+    if forms is None:
+        return system, p
+    here = p.copy()
+    here[system.settings_of_switches] = forms.settings[k]
+    return contact_forms.form_of(system, forms.settings[k]), here
 
 
 def _work_within(stretch: _Stretch, system: System, places: np.ndarray, weights: np.ndarray) -> np.ndarray:
