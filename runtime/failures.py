@@ -31,6 +31,7 @@ _MAY_BE_DEPENDENT = (
     at.NOT_FINITE,
 )
 NEARLY_DEPENDENT = 1e-2  # methods that do not pass such a configuration may stop well before it
+_MOST_NAMES = 12  # of constraints in a sentence
 _ROUND_OFF_RULES = 0.1  # steps that fall to nothing in front of one do so farther off, where round-off shows
 _STEPS_AHEAD, _PLACES_AHEAD = 3, 60  # Newton's iteration fails before constraints depend on each other
 _BY_ITSELF = (at.STEP_TOO_SMALL, at.SINGULAR_MATRIX, at.NOT_FINITE, at.NEWTON_FAILED)
@@ -110,7 +111,9 @@ def _dependent(status: int, system: System, method: Method, arrays: LoopArrays, 
 def _of_dependent(method: Method, names: list[str], place: tuple, when: str) -> str:
     """Return the sentence for these constraints, which depend on each other, or nearly so, at a place."""
     nearly = "" if dependence.dependent_constraints(*place) else "nearly "
-    subject = ", ".join(repr(name) for name in names)
+    subject = ", ".join(repr(name) for name in names[:_MOST_NAMES])
+    if len(names) > _MOST_NAMES:
+        subject += f" and {len(names) - _MOST_NAMES} others"
     one = len(names) == 1
     verdict = f"restricts {nearly}nothing" if one else f"{nearly}depend on each other"
     what = f"Constraint{'' if one else 's'} {subject} {verdict} at {when}"

@@ -19,6 +19,7 @@ from symgen.runtime.solution import ConstraintResidual, Energy, Sample, Solution
 
 if TYPE_CHECKING:
     from symgen.runtime.contact.forms import Forms
+    from symgen.runtime.event_actions import EventRecord
     from symgen.runtime.run_state import RunState
     from symgen.runtime.system import System
 
@@ -73,6 +74,7 @@ def summarise(
     sampled = [entry for entry in run.samples if entry[0] in wanted]
     # The end is a frame as well.
     between = [x for x in run.samples if x[0] != times[-1] or x[1].tolist() != rows[-1].tolist()]
+    by_frame = forms
     if shown.all():
         shown = slice(None)
     elif forms is not None:
@@ -86,8 +88,8 @@ def summarise(
     if system.nw or scales:
         energy = _energy(seen, work, taken)
         limit = energy_limit(find_method(settings["method"]), settings["rtol"])
-        if system.nw and not run.forms and energy.max_error > limit and not _has_jumped(run):
-            along = _work_along(seen, work)
+        if system.nw and energy.max_error > limit:
+            along = _work_along(seen, work, by_frame, _jumps(run))
             if along is not None:
                 notes = [*notes, _WORK_ALONG.format(energy.max_error)]
                 work, energy = along, _energy(seen, along, taken, with_samples=False)
@@ -150,12 +152,14 @@ def _energy(seen: _Seen, work: np.ndarray, taken: float, *, with_samples: bool =
     return Energy(energies[shown, 0], energies[shown, 1], work[shown], exchange, error, relative)
 
 
-def _work_along(seen: _Seen, work: np.ndarray) -> np.ndarray | None:
+def _work_along(
+    seen: _Seen, work: np.ndarray, forms: Forms | None, jumps: list[EventRecord]
+) -> np.ndarray | None:
     """Return the work integrated along the frames, where that balances the energies better."""
     system, p, times, rows = seen[:4]
     energies = evaluate(system, "energy", p, times, rows)
     states = rows[:, : system.nq + system.nv]
-    return work_quadrature.work_that_balances(system, p, times, states, energies, work)
+    return work_quadrature.work_that_balances(system, p, times, states, energies, work, forms, jumps)
 
 
 def _residual(seen: _Seen) -> ConstraintResidual:
@@ -170,9 +174,9 @@ def _residual(seen: _Seen) -> ConstraintResidual:
     return ConstraintResidual(position[seen.shown], velocity[seen.shown], *largest)
 
 
-def _has_jumped(run: RunState) -> bool:
-    """Whether events have changed the state."""
-    return any(event.action not in ("record", "terminate") for event in run.actions.log)
+def _jumps(run: RunState) -> list[EventRecord]:
+    """Return the events that have changed the state, or what is held."""
+    return [event for event in run.actions.log if event.action not in ("record", "terminate")]
 
 
 def _collected(run: RunState) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

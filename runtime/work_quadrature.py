@@ -1,19 +1,27 @@
 """Work integrated once more, along the frames of a run, where the one beside the motion leaves the energy unbalanced.
 
-Steps are as long as the motion allows. One that goes evenly, as a crank that is driven at constant speed, allows any
-step, while the power of what drives it changes with the angle: no step size control looks at that.
+Steps are as long as the motion allows. One that goes evenly, as a crank that is driven at constant speed or a block
+that sticks to a plate which shakes, allows any step, while the power of what drives it changes: no step size control
+looks at that.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from symgen.runtime.batches import accelerations_and_multipliers, right_hand_sides
+from symgen.runtime.lazy import Late
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from symgen.runtime.contact.forms import Forms
+    from symgen.runtime.event_actions import EventRecord
     from symgen.runtime.system import System
+
+contact_forms = Late("symgen.runtime.contact.forms")
 
 _NODES, _WEIGHTS = (
     np.array([-0.8611363115940526, -0.3399810435848563, 0.3399810435848563, 0.8611363115940526]),
@@ -26,67 +34,196 @@ _BETTER = 0.1
 
 
 def work_that_balances(
-    system: System, p: np.ndarray, t: np.ndarray, states: np.ndarray, energies: np.ndarray, work: np.ndarray
+    system: System,
+    p: np.ndarray,
+    t: np.ndarray,
+    states: np.ndarray,
+    energies: np.ndarray,
+    work: np.ndarray,
+    forms: Forms | None = None,
+    jumps: Sequence[EventRecord] = (),
 ) -> np.ndarray | None:
     """Return the work along the frames [J] where the energy is balanced far better with it than with `work`, else None.
 
     Parameters
     ----------
     t, states : ndarray
-        Frames of a run whose state never jumped.
+        Frames of a run.
     energies : ndarray, shape (n, 2) [J]
     work : ndarray, shape (n,) [J]
+    forms : Forms, optional
+        What is held of stops and frictions, by frame.
+    jumps : sequence of EventRecord
+        Those that changed the state, or what is held. Between frames with one, `work` stays, unless it let slip.
     """
     with np.errstate(over="ignore", invalid="ignore"):
-        again = work_by_quadrature(system, p, t, states)
+        again = work_by_quadrature(system, p, t, states, work, forms, jumps)
     if again is None:
         return None
     off = [np.abs(np.ptp(energies.sum(axis=1) - done)) for done in (work, again)]
     return again if off[1] < _BETTER * off[0] else None
 
 
-def work_by_quadrature(system: System, p: np.ndarray, t: np.ndarray, states: np.ndarray) -> np.ndarray | None:
+def work_by_quadrature(
+    system: System,
+    p: np.ndarray,
+    t: np.ndarray,
+    states: np.ndarray,
+    work: np.ndarray,
+    forms: Forms | None = None,
+    jumps: Sequence[EventRecord] = (),
+) -> np.ndarray | None:
     """Return the work done on the system up to each frame [J], shape (n,); None where that cannot be told.
 
-    Between frames the motion is the polynomial through coordinates, rates and accelerations on both sides.
-
-    Parameters
-    ----------
-    t : ndarray, shape (n,) [s]
-        Of frames without jumps of the state between them.
-    states : ndarray, shape (n, nq + nv)
+    Between frames, and a slip that may be between them, the motion is the polynomial through coordinates, rates and
+    accelerations on both sides. Of a run in which stops and frictions switch, only what is held goes evenly: while all
+    slide, their directions turn, which steps follow, and `work` stays. Parameters are those of `work_that_balances`.
     """
     h = np.diff(t)
     if len(t) < 2 or system.quaternions or not np.all(h > 0.0) or not np.all(np.isfinite(states)):
         return None
-    a, _ = accelerations_and_multipliers(system, p, t, states)
-    before, parts, power = None, 1, system.nq + system.nv
+    own, by_jumps = _pieces(system, t, states, work, forms, jumps)
+    stretches = _stretches(system, p, own, forms)
+    before, parts = None, 1
     while parts <= _MOST_PARTS and parts * len(_NODES) * states.size <= _MOST_NUMBERS:
         places = ((np.arange(parts)[:, None] + 0.5 * (1.0 + _NODES)) / parts).ravel()
         weights = np.tile(_WEIGHTS, parts) / (2.0 * parts)
-        done = np.zeros(len(h))
-        for place, weight in zip(places, weights, strict=True):
-            time, state = _between(system, t, states, a, place)
-            done += weight * h * right_hand_sides(system, p, time, state)[:, power]
-        work = np.append(0.0, np.cumsum(done))
+        done = by_jumps.copy()
+        for stretch in stretches:
+            np.add.at(done, stretch.pieces.interval, _work_within(stretch, system, places, weights))
+        along = np.append(0.0, np.cumsum(done))
         size = np.abs(done).sum()
-        if before is not None and np.abs(work - before).max() <= _SETTLED * size:
-            return work
-        before, parts = work, 2 * parts
+        if before is not None and np.abs(along - before).max() <= _SETTLED * size:
+            return along
+        before, parts = along, 2 * parts
     return before
 
 
-def _between(
-    system: System, t: np.ndarray, states: np.ndarray, a: np.ndarray, place: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return times and states at one place, from 0 to 1, of all intervals: of order 6 in q, and its derivative in v."""
-    nq, s, h = system.nq, place, np.diff(t)[:, None]
-    q, v = states[:, :nq], states[:, nq:]
-    q0, v0, a0, rise = q[:-1], h * v[:-1], 0.5 * h * h * a[:-1], q[1:] - q[:-1]
+class _Pieces(NamedTuple):
+    """Pieces of the motion without jumps: times and states on both sides, the interval between frames, the form.
+
+    Friction that slips from rest is aimed at first; `form_at_begin` has its direction there.
+    """
+
+    t: np.ndarray
+    t_end: np.ndarray
+    begin: np.ndarray
+    end: np.ndarray
+    interval: np.ndarray
+    form: np.ndarray
+    form_at_begin: np.ndarray
+
+    def of(self, chosen: np.ndarray) -> _Pieces:
+        """Return some of them."""
+        return _Pieces(*(values[chosen] for values in self))
+
+
+class _Stretch(NamedTuple):
+    """Pieces in which one form of the model holds, and accelerations on both sides."""
+
+    form: System
+    p: np.ndarray
+    pieces: _Pieces
+    accelerations: np.ndarray
+    accelerations_at_end: np.ndarray
+
+
+def _pieces(
+    system: System,
+    t: np.ndarray,
+    states: np.ndarray,
+    work: np.ndarray,
+    forms: Forms | None,
+    jumps: Sequence[EventRecord],
+) -> tuple[_Pieces, np.ndarray]:
+    """Return the pieces, and what is done in each interval beside them: by jumps, or all where `work` stays."""
+    index = np.zeros(len(t), dtype=int) if forms is None else forms.index
+    times = np.array([event.t for event in jumps])
+    first, last = np.searchsorted(times, t[:-1], side="left"), np.searchsorted(times, t[1:], side="right")
+    even = _even(system, index, forms)
+    smooth = even & (first == last) & (index[1:] == index[:-1])
+    whole = np.flatnonzero(smooth)
+    found = [
+        _Pieces(t[whole], t[whole + 1], states[whole], states[whole + 1], whole, index[whole], index[whole])
+    ]
+    done = np.where(smooth, 0.0, np.diff(work))
+    for i in np.flatnonzero(even & (last > first)):
+        there = jumps[first[i] : last[i]]
+        slip = there[0]
+        if forms is None or len(there) > 1 or slip.action != "slip" or not t[i] < slip.t < t[i + 1]:
+            continue
+        done[i] = slip.energy_change
+        before, after = (
+            np.concatenate([slip.q_before, slip.v_before]), np.concatenate([slip.q_after, slip.v_after])
+        )  # fmt: skip
+        found.append(
+            _Pieces(
+                np.array([t[i], slip.t]), np.array([slip.t, t[i + 1]]), np.array([states[i], after]),
+                np.array([before, states[i + 1]]), np.array([i, i]), index[i : i + 2],
+                np.array([index[i], index[i] + 1]),
+            )
+        )  # fmt: skip
+    return _Pieces(*(np.concatenate(values) for values in zip(*found, strict=True))), done
+
+
+def _even(system: System, index: np.ndarray, forms: Forms | None) -> np.ndarray:
+    """Whether the motion may go evenly from each frame on: where stops and frictions switch, some are held."""
+    if forms is None:
+        return np.ones(len(index) - 1, dtype=bool)
+    held = [contact_forms.form_of(system, settings) is system.closed for settings in forms.settings]
+    return (index[:-1] >= 0) & np.array(held)[index[:-1]]
+
+
+def _stretches(system: System, p: np.ndarray, pieces: _Pieces, forms: Forms | None) -> list[_Stretch]:
+    """Return the pieces by what is held in them."""
+    found = []
+    a = _accelerations(system, p, forms, pieces.form_at_begin, pieces.t, pieces.begin)
+    at_end = _accelerations(system, p, forms, pieces.form, pieces.t_end, pieces.end)
+    for k in np.unique(pieces.form):
+        own = np.flatnonzero(pieces.form == k)
+        found.append(_Stretch(*_in_form(system, p, forms, k), pieces.of(own), a[own], at_end[own]))
+    return found
+
+
+def _accelerations(
+    system: System, p: np.ndarray, forms: Forms | None, index: np.ndarray, t: np.ndarray, states: np.ndarray
+) -> np.ndarray:
+    a = np.zeros((len(t), system.nv))
+    for k in np.unique(index):
+        own = np.flatnonzero(index == k)
+        a[own], _ = accelerations_and_multipliers(*_in_form(system, p, forms, k), t[own], states[own])
+    return a
+
+
+def _in_form(system: System, p: np.ndarray, forms: Forms | None, k: int) -> tuple[System, np.ndarray]:
+    """Return the model and its parameters with what is held in one form."""
+    if forms is None:
+        return system, p
+    here = p.copy()
+    here[system.settings_of_switches] = forms.settings[k]
+    return contact_forms.form_of(system, forms.settings[k]), here
+
+
+def _work_within(stretch: _Stretch, system: System, places: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Return the work done within each piece of a stretch [J], by a quadrature on (0, 1)."""
+    power, pieces = system.nq + system.nv, stretch.pieces
+    h, done = pieces.t_end - pieces.t, np.zeros(len(pieces.t))
+    for place, weight in zip(places, weights, strict=True):
+        time, state = _between(system, stretch, place)
+        done += weight * h * right_hand_sides(stretch.form, stretch.p, time, state)[:, power]
+    return done
+
+
+def _between(system: System, stretch: _Stretch, place: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return times and states at one place, from 0 to 1, of all pieces: of order 6 in q, and its derivative in v."""
+    nq, n, s, pieces = system.nq, system.nq + system.nv, place, stretch.pieces
+    h = (pieces.t_end - pieces.t)[:, None]
+    q, v, q1, v1 = pieces.begin[:, :nq], pieces.begin[:, nq:n], pieces.end[:, :nq], pieces.end[:, nq:n]
+    q0, v0, a0, rise = q, h * v, 0.5 * h * h * stretch.accelerations, q1 - q
     # What is left of q, v and a at the end, by powers 3, 4 and 5 of s.
     left = rise - v0 - a0
-    slope = h * v[1:] - v0 - 2.0 * a0
-    bend = 0.5 * h * h * a[1:] - a0
+    slope = h * v1 - v0 - 2.0 * a0
+    bend = 0.5 * h * h * stretch.accelerations_at_end - a0
     c3, c4, c5 = (
         10.0 * left - 4.0 * slope + bend,
         7.0 * slope - 15.0 * left - 2.0 * bend,
@@ -94,4 +231,4 @@ def _between(
     )
     places = q0 + s * (v0 + s * (a0 + s * (c3 + s * (c4 + s * c5))))
     rates = (v0 + s * (2.0 * a0 + s * (3.0 * c3 + s * (4.0 * c4 + s * 5.0 * c5)))) / h
-    return t[:-1] + place * h[:, 0], np.hstack([places, rates])
+    return pieces.t + place * h[:, 0], np.hstack([places, rates])

@@ -18,6 +18,7 @@ from symgen.runtime.checks.inertia import refuse_negative_inertia
 from symgen.runtime.choose import choose_method
 from symgen.runtime.constraints.assembly import assemble
 from symgen.runtime.constraints.contradictions import AssemblyError
+from symgen.runtime.constraints.dependence import _stand_apart, dependent_constraints, rank_is_lost
 from symgen.runtime.contact import local_dynamics
 from symgen.runtime.errors import RuntimeModelError
 
@@ -165,3 +166,29 @@ def test_stops_of_large_models_are_solved_as_those_of_small_ones(monkeypatch, re
     assert found == pytest.approx(expected, rel=1e-9, abs=1e-9)
     assert mass @ found[:9] + jacobian.T @ found[9:] == pytest.approx(right[:9], abs=1e-9)
     assert jacobian @ found[:9] == pytest.approx(right[9:], abs=1e-9)
+
+
+@pytest.fixture(scope="module")
+def long_chain():
+    return runtime.load(derive_text(load(find("chain_absolute"), {"N": "240"})).text)
+
+
+def test_round_off_that_adds_up_along_a_chain_does_not_stop_steps_of_index_3(long_chain):
+    """Newton's corrections stall at the round-off of 480 constraints; steps are of second order all the same."""
+    tight = {"t_end": 0.02, "rtol": 1e-9, "atol": 1e-11}
+    exact = long_chain.run(**{**tight, "method": "dop853", "rtol": 1e-11, "atol": 1e-13})
+    off = []
+    for step in (2e-4, 1e-4):
+        run = long_chain.run(**tight, method="generalized_alpha", constraints="index3", step=step)
+        assert run.status == "success", run.message
+        off.append([np.abs(run.q[-1] - exact.q[-1]).max(), np.abs(run.v[-1] - exact.v[-1]).max()])
+    assert np.divide(*off) == pytest.approx([4.0, 4.0], rel=0.02)
+
+
+def test_singular_values_that_fall_evenly_are_no_lost_rank(long_chain):
+    """As those of a long chain, which no configuration makes singular; one that falls far is."""
+    p, q = long_chain.parameter_values(), assemble(long_chain, long_chain.parameter_values()).q
+    assert dependent_constraints(long_chain, p, 0.0, q, 1e-2)
+    assert not rank_is_lost(long_chain, p, 0.0, q, 1e-2)
+    values = np.array([3.0, 1.0, 0.5, 1e-4])
+    assert _stand_apart(values, values <= 0.03) and not _stand_apart(values[:3], values[:3] <= 0.6)

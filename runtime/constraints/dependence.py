@@ -154,6 +154,7 @@ def ranks_near(
 
 DEPENDENT = 1e-3  # smallest singular value of G, in parts of the rows' sizes nearby
 _TAKES_PART = 0.1  # of the largest share
+_GAP = 0.1  # from one singular value to the next, where a rank is lost
 
 
 def dependent_constraints(
@@ -175,7 +176,7 @@ def dependent_constraints(
     list of str
         Empty where all are independent.
     """
-    held, left, small = _dependence(system, p, t, q, part)
+    held, left, small, _ = _dependence(system, p, t, q, part)
     if not held:
         return []
     shares = np.abs(left[:, small]).max(axis=1, initial=0.0)
@@ -185,18 +186,29 @@ def dependent_constraints(
 
 def rank_is_lost(system: System, p: np.ndarray, t: float, q: np.ndarray, part: float = DEPENDENT) -> bool:
     """Whether fewer constraints are independent at a configuration than near it; parameters are those above."""
-    held, _, small = _dependence(system, p, t, q, part)
+    held, _, small, values = _dependence(system, p, t, q, part)
     if not held or not small.any():
+        return False
+    if is_large(system) and not _stand_apart(values, small):
         return False
     if system.switches or is_large(system):
         return True
     return len(held) - small.sum() < usual_rank(system, p, t, q)
 
 
+def _stand_apart(values: np.ndarray, small: np.ndarray) -> bool:
+    """Whether singular values that count as small, of a falling sequence, are far below those before them.
+
+    Those of a chain of n bodies fall evenly to 1/n of the largest at every configuration: none is lost there.
+    """
+    steps = values[1:] <= _GAP * values[:-1]
+    return bool((steps & small[1 : len(values)]).any()) or len(small) > len(values)
+
+
 def _dependence(
     system: System, p: np.ndarray, t: float, q: np.ndarray, part: float
-) -> tuple[list[int], np.ndarray, np.ndarray]:
-    """Return the constraints that are held, combinations of them, and which of these restrict (nearly) nothing."""
+) -> tuple[list[int], np.ndarray, np.ndarray, np.ndarray]:
+    """Return the constraints that are held, combinations of them, which restrict (nearly) nothing, singular values."""
     constraints = Constraints(system, p, t)
     jacobian = constraints.jacobian(q) * constraints.characteristic_sizes(q)
     with np.errstate(over="ignore"):
@@ -208,7 +220,7 @@ def _dependence(
     held = [row for row in range(system.m) if row not in system.switched or p[system.switched[row]] != 0.0]
     scaled = scaled[held]
     if not held or not np.isfinite(scaled).all():
-        return [], np.zeros((0, 0)), np.zeros(0, dtype=bool)
+        return [], np.zeros((0, 0)), np.zeros(0, dtype=bool), np.zeros(0)
     left, values, _ = np.linalg.svd(scaled, full_matrices=True)
     small = np.append(values, np.zeros(len(held) - len(values))) <= part * values[0]
-    return held, left, small
+    return held, left, small, values

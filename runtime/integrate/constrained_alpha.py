@@ -214,7 +214,7 @@ def solve_end(equations, method, h, loop, t0, t1, w):
     place_end(method, h, loop.sizes, loop.y, w)
     # Lengths of steps on the grid differ by round-off of time, which is nothing to Newton.
     if loop.counters[HAVE_FACTORS] and abs(h - w.numbers[FACTORED_FOR]) <= 1e-6 * h:
-        if iterate(equations, method, h, loop, t1, w) == at.RUNNING:
+        if iterate(equations, method, h, loop, t1, w, False) == at.RUNNING:
             return at.RUNNING
         guess_start(loop.sizes, w)
         place_end(method, h, loop.sizes, loop.y, w)
@@ -224,7 +224,7 @@ def solve_end(equations, method, h, loop, t0, t1, w):
     loop.counters[HAVE_FACTORS] = 1
     w.numbers[FACTORED_FOR] = h
     forget_rate(w.numbers)
-    return iterate(equations, method, h, loop, t1, w)
+    return iterate(equations, method, h, loop, t1, w, True)
 
 
 @jitted
@@ -252,8 +252,11 @@ def carry_on(sizes, w):
 
 
 @jitted
-def iterate(equations, method, h, loop, t1, w):
-    """Improve the guess by simplified Newton; returns a status."""
+def iterate(equations, method, h, loop, t1, w, last):
+    """Improve the guess by simplified Newton; returns a status.
+
+    The `last` attempt has converged as well where it stalls in what round-off of all constraints may add up to.
+    """
     nv, m = loop.sizes[at.NV], loop.sizes[at.NM]
     tolerance = loop.control[at.NEWTON_TOL] if loop.control[at.NEWTON_TOL] > 0.0 else DEFAULT_NEWTON_TOL
     start_newton(w.numbers)
@@ -273,9 +276,13 @@ def iterate(equations, method, h, loop, t1, w):
             w.stabiliser[k] -= w.right[nv + m + k, 0]
         place_end(method, h, loop.sizes, loop.y, w)
         loop.counters[at.NEWTON_ITERATIONS] += 1
-        size = size_of_correction(method, h, loop, w)
+        size = size_of_correction(method, h, loop, w, ROUND_OFF)
         verdict = judge_correction(iteration, size, tolerance, w.numbers)
     if verdict == DIVERGED:
+        # Along a chain, positions that were rounded at every joint add up: by chance, to the root of their number.
+        if last and size_of_correction(method, h, loop, w, ROUND_OFF * math.sqrt(1.0 + m)) <= tolerance:
+            loop.counters[HAVE_FACTORS] = 0
+            return at.RUNNING
         return at.NEWTON_FAILED
     if w.numbers[CONTRACTION] > KEEP_JACOBIAN_RATE:
         loop.counters[HAVE_FACTORS] = 0
@@ -413,17 +420,18 @@ def border_with_stabiliser(by_q, by_v, sizes, w):
 
 
 @jitted
-def size_of_correction(method, h, loop, w):
+def size_of_correction(method, h, loop, w, rounded):
     """Return the size of the correction `w.right` in positions and rates, in tolerances, beyond round-off.
 
-    Constraints hold to round-off of positions, which shows divided by h in rates.
+    That is `rounded` of the largest position. Constraints hold to round-off of positions, which shows divided by h
+    in rates.
     """
     nq, nv = loop.sizes[at.NQ], loop.sizes[at.NV]
     by_q, by_v = leverage(method, h)
     farthest = 0.0
     for i in range(nq):
         farthest = max(farthest, abs(w.arguments[i]))
-    noise = ROUND_OFF * farthest
+    noise = rounded * farthest
     total, start = 0.0, 0
     for k in range(n_quaternions(loop.sizes) + 1):
         end = quaternion_at(loop.sizes, k)
