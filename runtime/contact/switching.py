@@ -694,6 +694,8 @@ class Switching(Holding):
     def _under_way(self, here: LocalDynamics) -> np.ndarray:
         """Which frictions have come to the speed at which their aim ends."""
         found = np.zeros_like(self.aimed)
+        if not self.aimed.any():
+            return found
         along = here.turned(self.layout.turned(self.senses, self.aimed)).speeds[self.n_stops :]
         for (i, j), bound in zip(self.layout.circles, self._aims[:, 1], strict=True):
             found[[i, j]] = self.aimed[i] and along[i] >= bound * (1.0 - _AT_BOUND)
