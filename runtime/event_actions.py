@@ -103,9 +103,12 @@ def past_event(arrays: LoopArrays, g: np.ndarray, floor: np.ndarray) -> np.ndarr
     beginning of a step, and what it is at is no round-off.
     """
     past = np.abs(g)
-    if arrays.h_last > _BEGINNING * abs(arrays.t):
-        return past
-    return np.where(past > _CLEAR * floor, 0.0, past)
+    return np.where(past > _CLEAR * floor, 0.0, past) if _begins_a_step(arrays) else past
+
+
+def _begins_a_step(arrays: LoopArrays) -> bool:
+    """Whether what was found last lies where a step began, but for round-off of time."""
+    return bool(arrays.h_last <= _BEGINNING * abs(arrays.t))
 
 
 def _heading(system: System, arrays: LoopArrays, g: np.ndarray, floor: np.ndarray) -> np.ndarray:
@@ -440,11 +443,14 @@ class EventActions:
         chosen = np.isin(arrays.jumps, which)
         values = self.form.kernel("events")(arrays.t, arrays.y[: self.system.nq + self.system.nv], arrays.p)
         floor = arrays.event_block(at.FLOOR)[which]
-        past = past_event(arrays, values[which], floor)
         after = np.where(chosen, np.where(before != 0.0, -before, np.sign(values[arrays.jumps])), before)
-        jumped = (past < np.abs(values[which])) & (np.sign(values[which]) == after[chosen])
-        arrays.event_block(at.SIDE)[which] = np.where(jumped, 1.0, at.LEANING) * after[chosen]
-        arrays.event_block(at.BAND)[which] = floor + np.where(jumped, 0.0, np.abs(values[which]))
+        past = past_event(arrays, values[which], floor)
+        # What jumped exactly to zero is on neither side yet; what its own motion brought there goes on.
+        jumped = (past == 0.0) & _begins_a_step(arrays)
+        arrays.event_block(at.SIDE)[which] = np.where(
+            jumped, np.sign(values[which]), at.LEANING * after[chosen]
+        )
+        arrays.event_block(at.BAND)[which] = floor + past
         arrays.take_branches()
         self.n_jumps += len(which)
         self._refuse_sliding(which)
