@@ -51,7 +51,9 @@ def saturated(number: int, method: str) -> Outcome:
     """Run one case."""
     r = np.random.default_rng([number, 31])
     text, law = _drawn(r, int(r.integers(1, _DEPTH + 1)))
-    at = float(np.round(r.uniform(-1.0, 1.0), 3))
+    at = (
+        float(np.round(r.uniform(-1.0, 1.0), 3)) + 0.00029
+    )  # what the halves leave of a difference is none of these
     m = Model("saturated")
     x = m.coordinate("x")
     u, w = m.input("u"), m.input("w")
