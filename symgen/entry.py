@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import sys
 
@@ -11,9 +12,7 @@ _INTERRUPTED = 130  # a shell's exit status of a program that Ctrl-C ended
 def main() -> None:
     """Run the command line."""
     try:
-        from symgen.cli import main as command
-
-        command()
+        importlib.import_module("symgen.cli").main()
     except KeyboardInterrupt:
         os.write(2, b"\ninterrupted\n")
         sys.exit(_INTERRUPTED)
