@@ -27,6 +27,12 @@ MODELS = {
 LARGE = next(iter(MODELS.items()))
 
 
+@pytest.fixture(autouse=True)
+def _own_cache(tmp_path, monkeypatch):
+    """Files are looked up in a cache in which no other test has derived them in full."""
+    monkeypatch.setenv("SYMGEN_CACHE_DIR", str(tmp_path / "cache"))
+
+
 def _model(name: str, options: dict[str, str]) -> symgen.Model:
     return library.load(library.find(name), options)
 
@@ -112,8 +118,7 @@ def test_small_models_and_methods_that_call_them_have_all():
     assert not link.derive_text(_model(*LARGE)).is_part
 
 
-def test_a_file_is_found_in_the_cache_in_part_and_in_full(tmp_path, monkeypatch):
-    monkeypatch.setenv("SYMGEN_CACHE_DIR", str(tmp_path))
+def test_a_file_is_found_in_the_cache_in_part_and_in_full():
     path, options = library.find("n_pendulum"), {"N": "21"}
     first = link.module_for(path, options, on_demand=True)
     second = link.module_for(path, options, on_demand=True)
@@ -144,9 +149,8 @@ def test_a_file_is_found_from_another_working_folder(tmp_path, monkeypatch):
     assert system.run(0.05, method="radau5").status == "success"
 
 
-def test_what_was_run_is_not_lost_with_the_file(tmp_path, monkeypatch):
+def test_what_was_run_is_not_lost_with_the_file(tmp_path):
     """Who asks for what cannot be had is told why; a result is kept, and goes on with methods that need no more."""
-    monkeypatch.setenv("SYMGEN_CACHE_DIR", str(tmp_path / "cache"))
     path = tmp_path / "chain.py"
     path.write_text(library.find("n_pendulum").read_text().replace("N=5", "N=20"))
     system = symgen.load(path)

@@ -63,7 +63,7 @@ def test_short_runs_are_kept_whole():
 
 @pytest.mark.parametrize("content", schema.CONTENTS)
 def test_memory_does_not_grow_with_the_frames(tmp_path, monkeypatch, content):
-    """Of 200 000 frames more no more stays than what the last chunk takes; 20 bytes a frame did."""
+    """Of 600 000 frames more no more stays than what chunks differ by, 1 MB; 20 bytes a frame, 12 MB, did."""
     monkeypatch.setattr(run_writer, "_MOST_KEPT", 2000)
     text = (ROOT / "generated" / "double_pendulum.py").read_text(encoding="utf-8")
     system = load(text)
@@ -98,8 +98,8 @@ def test_memory_does_not_grow_with_the_frames(tmp_path, monkeypatch, content):
     tracemalloc.start()
     try:
         before = record(200_000)
-        grown = record(200_000) - before
+        grown = record(600_000) - before
     finally:
         tracemalloc.stop()
         recorder.abort()
-    assert grown < 1_000_000
+    assert grown < 3_000_000
