@@ -32,6 +32,7 @@ blow_up = Late("symgen.runtime.checks.blow_up")
 branches = Late("symgen.runtime.checks.branches")
 contact_settings = Late("symgen.runtime.contact.settings")
 drift_of_constraints = Late("symgen.runtime.constraints.drift")
+held = Late("symgen.runtime.checks.held")
 jacobian = Late("symgen.runtime.checks.jacobian")
 levels = Late("symgen.runtime.constraints.levels")
 missed_events = Late("symgen.runtime.checks.missed_events")
@@ -95,6 +96,7 @@ def check(solution: Solution) -> list[HealthCheck]:
       gap between branches of the positions fail.
     * subsystems integrated by themselves: the limits of energy and rejected steps hold for the worst of them.
     * stops: no gap below zero by more than 10 times what the tolerances leave of the coordinates it depends on.
+    * held: no friction that sticks with a force beyond its limit by more than a tenth, no stop that pulls, at frames.
     * time terms: what time alone does is resolved by a fixed step, and not too much for any.
     * missed events, poles (fixed steps), accuracy (the estimated error, of regular ends), and notes on the Jacobian,
       stiffness (explicit methods, many steps), negative damping and stiffness: each in its own file.
@@ -132,6 +134,8 @@ def _further(solution: Solution, method: Method, found: list[HealthCheck]) -> It
         yield from missed_events.missed_events(solution)
     if any(switch["kind"] == "stop" for switch in solution.system.switches):
         yield stops.stops(solution)
+    if solution.forms is not None:
+        yield held.held(solution)
     if "residual_jacobian" in method.kernels:
         yield from jacobian.jacobian(solution, method)
     if method.adaptive and not method.stiff:

@@ -184,7 +184,26 @@ def _linear_forces(
     matrix[n_z:, :n_z] = 2.0 * (slope @ by_z)[still]
     matrix[n_z + np.arange(n_y), of_still] -= 1.0
     right[n_z:] = 2.0 * (c + slope @ fixed)[still]
-    return by_z @ lemke(matrix, right)[:n_z] + fixed
+    z = _by_parts(matrix, right)
+    x = by_z @ z[:n_z] + fixed
+    # At a limit a friction is exactly that: the round-off of forces that are far larger would leave it within.
+    above = places[of_still[z[n_z:] > 0.0]]
+    x[above] = (c + slope @ x)[above - n_stops]
+    return x
+
+
+def _by_parts(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Solve the parts of a complementarity problem that have nothing to do with each other, each in its own size."""
+    n = len(right)
+    joined = (matrix != 0.0) | (matrix.T != 0.0) | np.eye(n, dtype=bool)
+    z, left = np.zeros(n), np.ones(n, dtype=bool)
+    while left.any():
+        part = joined[np.argmax(left)]
+        while (wider := joined[part].any(axis=0)).sum() > part.sum():
+            part = wider
+        z[part] = lemke(matrix[np.ix_(part, part)], right[part])
+        left &= ~part
+    return z
 
 
 def check_unique(

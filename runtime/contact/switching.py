@@ -22,6 +22,7 @@ from symgen.runtime.integrate import layout as at
 from symgen.runtime.positions import Positions
 
 _UNDECIDED = 1e-9  # of the largest acceleration: what presses as little does not tell whether it stays
+_BALANCED = 1e-6  # of the accelerations that a force balances: more than round-off is left of it
 _ROUNDED = 1e-13  # of the accelerations that a force balances
 _AT_LIMIT = 1e-10  # of the range of a friction force
 _DEPENDENT = 1e-8  # of a row's compliance that is left once others are held: they hold it as well
@@ -275,7 +276,10 @@ class Holding(Instant):
         waiting = acting[self.n_stops :]
         # A friction that has just begun to slip is at its limit but for round-off.
         close = np.where(shared[self.n_stops :], AT_LIMIT, 2.0 * _AT_LIMIT)
-        sticks = waiting & (together(np.abs(own)) < (1.0 - close) * most)
+        # Beside forces that are far larger its limit is not known: what is accelerated all the same does not stick.
+        terms = np.abs(here.free) + np.abs(here.compliance) @ np.abs(forces)
+        held = together(np.abs(pulled)) <= np.maximum(small, _BALANCED * together(terms[self.n_stops :]))
+        sticks = waiting & held & (together(np.abs(own)) < (1.0 - close) * most)
         undecided = waiting & ~sticks & (together(np.abs(pulled)) <= small)
         if undecided.any():
             later, forces, most = self._soon(

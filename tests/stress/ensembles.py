@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 _SHORT, _LONG = 6, 400
 _LIMIT = 300.0
 _N, _T_END, _MOST_STEPS = 8, 1.0, 20_000
-_TOLERANCE = 3e-3  # of what a coordinate does: steps of fixed length follow from another member
+_TOLERANCE = 3e-3  # of what a coordinate does
 _HOSTILE = (math.nan, math.inf, -math.inf, 0.0, -1.0, 1e300, -1e300, 1e-300, 1e-8, 1e8)
 _METHODS = ("auto", "taylor", "dop853", "rk4", "verlet", "radau5", "dopri5", "bdf", "gauss8")
 # What parameters, starts and inputs of each may vary.
@@ -191,7 +191,7 @@ def draw(r: random.Random) -> tuple[str, dict[str, Any]]:
     return name, asked
 
 
-def _single(system: System, asked: dict[str, Any], method: str, k: int) -> Any:
+def _single(system: System, asked: dict[str, Any], method: str, step: float | None, k: int) -> Any:
     """Run a member by itself; why it cannot begin, where it cannot."""
     inputs = {}
     for name, given in asked["inputs"].items():
@@ -203,6 +203,8 @@ def _single(system: System, asked: dict[str, Any], method: str, k: int) -> Any:
         place: {name: float(x[k]) for name, x in asked[place].items()} for place in ("parameters", "start")
     }
     more = {key: asked[key] for key in ("max_steps", "rtol") if key in asked}
+    if not METHODS[method].adaptive:
+        more["step"] = step  # one for all, which is that of the first member that can begin
     return system.run(_T_END, inputs=inputs, method=method, **one, **more)
 
 
@@ -215,7 +217,7 @@ def _objection(system: System, asked: dict[str, Any], e: Any, k: int) -> str:
     """Return what is wrong with a member."""
     status, failed = int(e.verdicts.status[k]), int(e.verdicts.status[k]) != at.REACHED_STOP
     try:
-        run = _single(system, asked, e.method, k)
+        run = _single(system, asked, e.method, e.plan.single.step, k)
     except RuntimeModelError as error:
         return "" if failed else f"a single run is refused: {error}"
     if run.status not in ("success", "terminated"):

@@ -1,0 +1,96 @@
+"""Whether what is held is held by forces that there are: frictions that stick within their limit, stops that press.
+
+The equations of a form hold whatever it holds. That a friction sticks beyond its limit, or a stop pulls, no other check
+sees: neither energy nor constraints nor a companion that holds the same.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from symgen.runtime.batches import evaluate
+from symgen.runtime.checks.entry import HealthCheck, limited
+from symgen.runtime.contact.forms import Forms
+from symgen.runtime.contact.local_dynamics import given, normal_forces, normals_of, smooth_frictions
+from symgen.runtime.contact.settings import Layout
+from symgen.runtime.sampling import quasi_random, sample_rows
+
+if TYPE_CHECKING:
+    from symgen.runtime.solution import Solution
+
+_FRAMES = 100
+_LIMIT = 0.1  # of the forces that there can be
+_TOLERANCES = 10.0  # of the run, in a force
+
+
+def held(solution: Solution) -> HealthCheck:
+    """Return an entry on the force that is furthest beyond what its friction or stop can bear, in parts of that."""
+    forms, system = solution.forms, solution.system
+    layout = Layout(system)
+    settings = forms.settings[forms.index]
+    holds = (settings[:, layout.closed] != 0.0).any(axis=1) | (settings[:, layout.stuck] != 0.0).any(axis=1)
+    rows = np.flatnonzero(holds)
+    rows = rows[sample_rows(len(rows), _FRAMES)]
+    if not len(rows):
+        return limited(
+            "held", 0.0, _LIMIT, "no frame has a stop that is closed or a friction that sticks", ""
+        )
+    t, states = solution.t[rows], solution.states[rows]
+    beyond, able = _beyond(solution, rows, states)
+    # How well forces are known: what they are where states are off by what the tolerances of the run allow.
+    n = system.nq + system.nv
+    moved = states.copy()
+    sizes = np.abs(states[:, :n]).max(axis=0)
+    moved[:, :n] += quasi_random(len(rows) * n).reshape(-1, n) * (solution.atol + solution.rtol * sizes)
+    there, _ = _beyond(solution, rows, moved)
+    excess = beyond - _TOLERANCES * np.abs(there - beyond)
+    parts = np.where(excess > 0.0, excess / np.where(able > 0.0, able, 1.0), 0.0)
+    i, j = np.unravel_index(np.argmax(parts), parts.shape)
+    switch = system.switches[j]
+    found = f"the force of {switch['kind']} {switch.get('circle', switch['name'])!r}"
+    objection = (
+        f"{found} at t = {t[i]:.6g} s is beyond what it can bear by {beyond[i, j]:.3g}: it is held by nothing; take "
+        "another method, and please report this model"
+    )
+    return limited(
+        "held", float(parts[i, j]), _LIMIT, "what is held is held by forces that there are", objection
+    )
+
+
+def _beyond(solution: Solution, rows: np.ndarray, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return how far each force is beyond what there can be, and what there can be, by frame and switch.
+
+    Of a stop, that is how hard it pulls, in parts of the largest force of a stop or friction there.
+    """
+    system, p, t = solution.system, solution.p, solution.t[rows]
+    layout, settings = Layout(system), solution.forms.settings[solution.forms.index[rows]]
+    forms = Forms(solution.forms.settings, solution.forms.index[rows])
+    _, multipliers, forces = forms.evaluate(system, p, t, states)
+    n_stops = layout.n_stops
+    able, beyond = np.zeros_like(forces), np.zeros_like(forces)
+    pulls = np.where(settings[:, layout.closed] != 0.0, -forces[:, :n_stops], 0.0)
+    able[:, :n_stops] = np.abs(forces).max(axis=1, keepdims=True)
+    beyond[:, :n_stops] = np.maximum(pulls, 0.0)
+    sticks = (settings[:, layout.stuck] != 0.0) & ~layout.aiming(settings) & ~smooth_frictions(system)
+    normals = normals_of(system)
+    static = np.maximum(_static_levels(solution, rows, states, 2 * n_stops), 0.0)
+    pressed = normal_forces(normals, forces, multipliers)
+    most = np.where([given(normal) for normal in normals], static, static * pressed)
+    able[:, n_stops:] = most
+    beyond[:, n_stops:] = np.where(sticks, layout.together(np.abs(forces[:, n_stops:])) - most, 0.0)
+    return np.maximum(beyond, 0.0), able
+
+
+def _static_levels(solution: Solution, rows: np.ndarray, states: np.ndarray, first: int) -> np.ndarray:
+    """Return the levels of frictions that stick (or their coefficients), by frame, with the settings of that frame."""
+    system, index = solution.system, solution.forms.index[rows]
+    found = None
+    for k in np.unique(index):
+        own, p = index == k, solution.p.copy()
+        p[system.settings_of_switches] = solution.forms.settings[k]
+        levels = evaluate(system, "switches", p, solution.t[rows[own]], states[own])[:, first + 2 :: 3]
+        found = np.zeros((len(rows), levels.shape[1])) if found is None else found
+        found[own] = levels
+    return found
