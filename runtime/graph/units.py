@@ -263,7 +263,7 @@ class _Parser:
                 if word in _WORDS
                 else pairs or difflib.get_close_matches(name[:40], ATOMS, n=1, cutoff=0.5)
             )
-            hint = f"did you mean '{near[0]}'?" if near else None
+            hint = f"did you mean '{near[0]}'?" if near else "write one such as 'N*s/m', or leave it out"
             raise UnitError(f"'{name:.40}' is not a unit", column=column, hint=hint)
         factor, pi_power, size, _ = ATOMS[name]
         return factor, Fraction(pi_power), size

@@ -121,7 +121,9 @@ def _columns(columns: Any, error) -> list[tuple[float, ...]]:
             )
         for row, value in enumerate(column, 1):
             if type(value) not in (int, float) or not math.isfinite(value):
-                raise error("columns", f"column {k}, row {row}: {value!r:.40} is no finite number")
+                raise error(
+                    "columns", f"column {k}, row {row}: {value!r:.40} is no finite number", "give a number"
+                )
         listed.append(tuple(map(float, column)))
     if len({len(column) for column in listed}) > 1:
         lengths = ", ".join(str(len(column)) for column in listed)

@@ -170,7 +170,7 @@ def direction(model: Declared, table: str, key: str, values: Any) -> Direction:
             value = None
         if value is None:
             message = "the components of a direction are numbers, or made of the constants declared so far"
-            raise sources.error(table, f"{key}[{k}]", message)
+            raise sources.error(table, f"{key}[{k}]", message, hint="for example [0, 0, 1]")
         numbers.append(value)
     if len(numbers) == 2:
         sources.note_two_components(table, key)

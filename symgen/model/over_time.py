@@ -77,7 +77,7 @@ def _pair(model: Declared, key: str, table: Any) -> tuple[tuple[float, ...], tup
     times, values = (_numbers(model, key, numbers) for numbers in table)
     if len(times) != len(values) or not times:
         raise error(
-            "inputs", key, f"the table has {len(times)} times and {len(values)} values: as many of each"
+            "inputs", key, f"the table has {len(times)} times and {len(values)} values: give as many of each"
         )
     for before, after in pairwise(times):
         if after <= before:
