@@ -115,11 +115,12 @@ def _heading(system: System, arrays: LoopArrays, g: np.ndarray, floor: np.ndarra
     """Return the sign of the rates of event functions by the motion of the coordinates; 0 where it is not clear."""
     nq, n = system.nq, system.nq + system.nv
     q, v, t = arrays.y[:nq], arrays.y[nq:n], arrays.t
-    speed, size = np.abs(v).max(initial=0.0), max(1.0, np.abs(q).max(initial=0.0))
-    if not np.isfinite(speed) or speed == 0.0:
+    positions = Positions(system)
+    fastest = (np.abs(v) / np.maximum(1.0, positions.per_rate(np.abs(q), 1.0))).max(initial=0.0)
+    if not np.isfinite(fastest) or fastest == 0.0:
         return np.zeros(len(g))
-    dt = _AHEAD * size / speed
-    y = np.concatenate([Positions(system).retract(q, dt * v), v])
+    dt = _AHEAD / fastest
+    y = np.concatenate([positions.retract(q, dt * v), v])
     rise = system.kernel("events")(t + dt, y, arrays.p) - g
     return np.where(np.abs(rise) > _CLEAR * floor, np.sign(rise), 0.0)
 
@@ -414,8 +415,9 @@ class EventActions:
         form, arrays, n = self.form, self.arrays, self.system.nq + self.system.nv
         p, y = arrays.with_branches(branches), arrays.y[:n].copy()
         slope = form.kernel("rhs")(arrays.t, y, p)[:n]
-        size, speed = max(1e-3, np.abs(y).max()), np.abs(slope).max()
-        dt = _AHEAD * (size / speed if 0.0 < speed < np.inf else 1.0)
+        sizes = np.maximum(np.abs(y), np.clip(np.abs(y).max(), 1e-3, 1.0))
+        fastest = (np.abs(slope) / sizes).max()
+        dt = _AHEAD / fastest if 0.0 < fastest < np.inf else _AHEAD
         ahead = y + dt * slope
         if form.nq == form.nv:  # from rest, accelerations tell
             ahead[: form.nq] += 0.5 * dt * dt * slope[form.nq :]

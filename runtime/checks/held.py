@@ -31,6 +31,9 @@ def held(solution: Solution) -> HealthCheck:
     layout = Layout(system)
     settings = forms.settings[forms.index]
     holds = (settings[:, layout.closed] != 0.0).any(axis=1) | (settings[:, layout.stuck] != 0.0).any(axis=1)
+    holds[:-1] &= (
+        forms.index[1:] == forms.index[:-1]
+    )  # where forces jump a frame may have what is held until then
     rows = np.flatnonzero(holds)
     rows = rows[sample_rows(len(rows), _FRAMES)]
     if not len(rows):

@@ -57,14 +57,16 @@ def _gaps(solution: Solution, n: int, t: np.ndarray, states: np.ndarray) -> np.n
 
 def _allowed(solution: Solution, n: int, t: np.ndarray, states: np.ndarray, gaps: np.ndarray) -> np.ndarray:
     """Return how far below zero each gap may be: the tolerances of coordinates, as its derivatives weigh them."""
-    nq = solution.system.nq
-    size = max(1.0, float(np.abs(states[:, :nq]).max()))
-    own = _TOLERANCES * (solution.atol + solution.rtol * size) + _ROUND_OFF * size
+    system, nq = solution.system, solution.system.nq
+    sizes = np.maximum(1.0, np.abs(states[:, :nq]).max(axis=0))
+    if system.m:  # errors of others come to a coordinate by constraints
+        sizes[:] = sizes.max()
+    own = _TOLERANCES * (solution.atol + solution.rtol * sizes) + _ROUND_OFF * sizes
     allowed = np.zeros(n)
     for stop in range(n):
         row = int(np.argmin(gaps[:, stop]))
         moved = np.repeat(states[row : row + 1], nq, axis=0)
-        moved[:, :nq] += _STEP * size * np.eye(nq)
+        moved[:, :nq] += _STEP * sizes * np.eye(nq)
         rises = _gaps(solution, n, np.full(nq, t[row]), moved)[:, stop] - gaps[row, stop]
-        allowed[stop] = own * np.abs(rises).sum() / (_STEP * size)
-    return np.where(allowed > 0.0, allowed, own)
+        allowed[stop] = (own * np.abs(rises) / (_STEP * sizes)).sum()
+    return np.where(allowed > 0.0, allowed, own.max())

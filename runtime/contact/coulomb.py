@@ -18,7 +18,7 @@ import numpy as np
 
 from symgen.runtime.contact.circles import ContactLaw, circle_forces
 from symgen.runtime.contact.levels import Levels, NoSolution, Paradox
-from symgen.runtime.contact.local_dynamics import LocalDynamics
+from symgen.runtime.contact.local_dynamics import LocalDynamics, parts_of
 
 NO_CIRCLES = np.zeros((0, 2), dtype=int)
 _ROUND_OFF = 1e-12  # of the largest number in the tableau
@@ -194,15 +194,9 @@ def _linear_forces(
 
 def _by_parts(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Solve the parts of a complementarity problem that have nothing to do with each other, each in its own size."""
-    n = len(right)
-    joined = (matrix != 0.0) | (matrix.T != 0.0) | np.eye(n, dtype=bool)
-    z, left = np.zeros(n), np.ones(n, dtype=bool)
-    while left.any():
-        part = joined[np.argmax(left)]
-        while (wider := joined[part].any(axis=0)).sum() > part.sum():
-            part = wider
+    z = np.zeros(len(right))
+    for part in parts_of(matrix):
         z[part] = lemke(matrix[np.ix_(part, part)], right[part])
-        left &= ~part
     return z
 
 

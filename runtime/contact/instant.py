@@ -251,18 +251,16 @@ class Instant:
         names = zip(self.names[self.n_stops :], self._coupled, strict=True)
         return list(dict.fromkeys(name for name, follows in names if follows))  # two directions have one name
 
-    def _size(self) -> float:
-        return max(1.0, float(np.abs(self.arrays.y[: self.system.nq]).max(initial=0.0)))
-
     def _gap_tolerances(self, here: LocalDynamics) -> np.ndarray:
         """How much of each gap the tolerances of the run leave open."""
         c, rows = self.arrays.control, np.abs(here.rows[: self.n_stops]).sum(axis=1)
-        return np.maximum(rows * (c[at.ATOL] + c[at.RTOL] * self._size()), self._round_off(here))
+        sizes = here.sizes()[: self.n_stops]
+        return np.maximum(rows * (c[at.ATOL] + c[at.RTOL] * sizes), self._round_off(here))
 
     def _round_off(self, here: LocalDynamics) -> np.ndarray:
         """How large a gap may be and still be zero but for round-off."""
         rows = np.abs(here.rows[: self.n_stops]).sum(axis=1)
-        return _SURELY_SEEN * np.finfo(float).eps * rows * self._size()
+        return _SURELY_SEEN * np.finfo(float).eps * rows * here.sizes()[: self.n_stops]
 
     def _speed_tolerances(self, here: LocalDynamics) -> np.ndarray:
         c, v = self.arrays.control, self.arrays.y[self.system.nq : self.system.nq + self.system.nv]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from symgen.runtime.contact.settings import Layout
+from symgen.runtime.positions import Positions
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
@@ -89,6 +90,22 @@ def normal_forces(normals: list[Normal], forces: np.ndarray, multipliers: np.nda
         for stop, rows in normals
     ]
     return np.stack(sizes, axis=-1) if sizes else np.zeros((*forces.shape[:-1], 0))
+
+
+def parts_of(matrix: np.ndarray) -> list[np.ndarray]:
+    """Return which rows and columns of a square matrix have to do with each other: a mask for each such part."""
+    n = len(matrix)
+    joined = (matrix != 0.0) | (matrix.T != 0.0) | np.eye(n, dtype=bool)
+    if joined.all():
+        return [np.ones(n, dtype=bool)] if n else []
+    parts, left = [], np.ones(n, dtype=bool)
+    while left.any():
+        part = joined[np.argmax(left)]
+        while (wider := joined[part].any(axis=0)).sum() > part.sum():
+            part = wider
+        parts.append(part)
+        left &= ~part
+    return parts
 
 
 _DEPENDENT = 1e-8  # singular value of rows of G of length 1
@@ -263,6 +280,53 @@ class LocalDynamics:
     def free(self) -> np.ndarray:
         """Accelerations of gaps and slidings, shape (n,), with all stops open and no friction sticking."""
         return self._solution.free
+
+    @property
+    def sizes_of_free(self) -> np.ndarray:
+        """The largest of `free` among all rows that each has to do with, shape (n,): what small is small beside."""
+        sizes = np.zeros(len(self.rows))
+        for part in parts_of(self.compliance):
+            sizes[part] = np.abs(self.free[part]).max()
+        return sizes
+
+    @property
+    def reached(self) -> np.ndarray:
+        """Which rates each gap or sliding speed is made of, or forces on it move, shape (n, nv)."""
+        return (self.rows != 0.0) | (self._solution.responses.T != 0.0)
+
+    def sizes(self) -> np.ndarray:
+        """Return what counts as large in each gap, shape (n,): the largest of the coordinates that it is made of, or 1.
+
+        Errors of others come to these by constraints alone; of many of these, all.
+        """
+        system = self._equations.system
+        coordinates = Positions(system).per_rate(np.abs(self.state[: system.nq]), 1.0)
+        if len(self._constraints) > _FEW:
+            return np.full(len(self.rows), coordinates.max(initial=1.0))
+        made_of, tied = self.rows != 0.0, self._constraints != 0.0
+        for _ in self._constraints:
+            wider = made_of | (made_of @ tied.T) @ tied
+            if (wider == made_of).all():
+                break
+            made_of = wider
+        return np.where(made_of, coordinates, 0.0).max(axis=1, initial=1.0)
+
+    def moment(self, rates: np.ndarray, change: np.ndarray) -> float:
+        """Return the time [s] in which some part of the motion changes by its own size, 1 if nothing moves.
+
+        Parameters
+        ----------
+        rates, change : ndarray, shape (nv,)
+            Rates and accelerations; 0 is what does not count.
+        """
+        system = self._equations.system
+        q, v = np.abs(self.state[: system.nq]), np.abs(self.state[system.nq :])
+        sizes = np.maximum(np.maximum(1.0, Positions(system).per_rate(q, 1.0)), v)
+        speeds = np.maximum(np.abs(rates), np.abs(change))
+        together = [self.reached[part].any(axis=0) for part in parts_of(self.compliance)]
+        alone = ~np.any(together, axis=0) & (speeds > 0.0)
+        times = [sizes[part].max() / speeds[part].max() for part in together if speeds[part].any()]
+        return float(min([*times, *(sizes[alone] / speeds[alone])], default=1.0))
 
     @property
     def free_multipliers(self) -> np.ndarray:

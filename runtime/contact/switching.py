@@ -87,7 +87,7 @@ class Holding(Instant):
         if not len(self.layout.circles):
             return forces, most, none
         given = forces
-        small = _UNDECIDED * np.abs(here.free).max(initial=0.0)
+        small = _UNDECIDED * here.sizes_of_free
         slides = (self._coupled & ~acting[self.n_stops :]).any()
         if not slides:  # whether what slides has stops that it follows depends on all
             forces = self._balanced(here, acting, forces, small)
@@ -102,7 +102,7 @@ class Holding(Instant):
         return found[0], c + slope @ found[0], movable
 
     def _balanced(
-        self, here: LocalDynamics, acting: np.ndarray, forces: np.ndarray, small: float
+        self, here: LocalDynamics, acting: np.ndarray, forces: np.ndarray, small: np.ndarray
     ) -> np.ndarray:
         """Return forces that hold all that acts, however large frictions must be for that, if stops need not pull.
 
@@ -115,7 +115,7 @@ class Holding(Instant):
             return forces
         held, block = forces.copy(), here.compliance[np.ix_(pressed, pressed)]
         held[pressed] -= np.linalg.lstsq(block, accelerations[pressed], rcond=_DEPENDENT)[0]
-        stays = np.abs(here.free + here.compliance @ held)[acting].max() <= small
+        stays = (np.abs(here.free + here.compliance @ held) <= small)[acting].all()
         return held if stays and (held[: self.n_stops] >= 0.0).all() else forces
 
     def _far_from_limit(self, forces: np.ndarray, most: np.ndarray) -> np.ndarray:
@@ -272,13 +272,14 @@ class Holding(Instant):
         """
         together = self.layout.together
         own, pulled = forces[self.n_stops :], (here.free + here.compliance @ forces)[self.n_stops :]
-        small = _UNDECIDED * np.abs(here.free).max(initial=0.0)
+        small = _UNDECIDED * together(here.sizes_of_free[self.n_stops :])
         waiting = acting[self.n_stops :]
         # A friction that has just begun to slip is at its limit but for round-off.
         close = np.where(shared[self.n_stops :], AT_LIMIT, 2.0 * _AT_LIMIT)
         # Beside forces that are far larger its limit is not known: what is accelerated all the same does not stick.
-        terms = np.abs(here.free) + np.abs(here.compliance) @ np.abs(forces)
-        held = together(np.abs(pulled)) <= np.maximum(small, _BALANCED * together(terms[self.n_stops :]))
+        terms = (np.abs(here.free) + np.abs(here.compliance) @ np.abs(forces))[self.n_stops :]
+        terms += np.diag(here.compliance)[self.n_stops :] * most
+        held = together(np.abs(pulled)) <= np.maximum(small, _BALANCED * together(terms))
         sticks = waiting & held & (together(np.abs(own)) < (1.0 - close) * most)
         undecided = waiting & ~sticks & (together(np.abs(pulled)) <= small)
         if undecided.any():
@@ -311,7 +312,7 @@ class Holding(Instant):
 
         Where several that share a load are close to its limit, the moment is one at which it is beyond the limit.
         """
-        small = _UNDECIDED * np.abs(here.free).max(initial=0.0)
+        small = _UNDECIDED * here.sizes_of_free[self.n_stops :]
         for ahead in _MOMENTS:
             later = self._later(here, forces, ahead)
             found, most = self._forces(later, acting, self._levels(waiting, later))
@@ -345,9 +346,9 @@ class Holding(Instant):
         self, here: LocalDynamics, touching: np.ndarray, forces: np.ndarray, accelerations: np.ndarray
     ) -> np.ndarray:
         """Which stops neither press nor open now."""
-        small = _UNDECIDED * np.abs(here.free).max(initial=0.0)
+        small = _UNDECIDED * here.sizes_of_free
         weak = np.zeros(self.n, dtype=bool)
-        weak[: self.n_stops] = touching & (np.abs(np.diag(here.compliance) * forces)[: self.n_stops] <= small)
+        weak[: self.n_stops] = touching & (np.abs(np.diag(here.compliance) * forces) <= small)[: self.n_stops]
         return weak & (np.abs(accelerations) <= small) & (np.abs(here.speeds) <= self._speed_tolerances(here))
 
     def _later(self, here: LocalDynamics, forces: np.ndarray, ahead: float = _AHEAD) -> LocalDynamics:
@@ -360,9 +361,7 @@ class Holding(Instant):
         )  # what is balanced has no time of its own
         # Rates that are zero within the tolerances have no time of their own either.
         rates = np.where(np.abs(v) > float(self.arrays.control[at.ATOL]) + _ROUNDED, v, 0.0)
-        speed = max(np.abs(rates).max(initial=0.0), np.abs(change).max(initial=0.0))
-        size = max(1.0, np.abs(here.state).max(initial=0.0))
-        ahead = ahead * (size / speed if speed > 0.0 else 1.0)
+        ahead = ahead * here.moment(rates, change)
         state = np.concatenate([Positions(system).retract(q, ahead * v), v + ahead * change])
         return self.equations.at(self.arrays.p, here.t + ahead, state)
 
@@ -377,7 +376,8 @@ class Holding(Instant):
 
     def _led_onward(self, here: LocalDynamics) -> np.ndarray:
         """In which direction frictions whose sliding is prescribed leave a place of rest."""
-        small = _UNDECIDED * np.abs(here.accelerations(np.zeros(self.n))).max(initial=0.0)
+        accelerations = np.abs(here.accelerations(np.zeros(self.n)))
+        small = _UNDECIDED * np.where(here.reached, accelerations, 0.0).max(axis=1, initial=0.0)
         return np.where(np.abs(here.free) > small, np.sign(here.free), 0.0)[self.n_stops :]
 
     def _check_unique(
@@ -567,13 +567,12 @@ class Switching(Holding):
         RuntimeModelError
             A stop is violated.
         """
-        gaps = self._watched()[0]
-        for i in np.flatnonzero(gaps < -_VIOLATED * self._size()):
+        gaps, here = self._watched()[0], self._here()
+        for i in np.flatnonzero(gaps < -_VIOLATED * here.sizes()[: self.n_stops]):
             raise RuntimeModelError(
                 f"stop {self.names[i]!r} is violated at the start: its gap is {gaps[i]:.6g}; give a start at which it "
                 "is zero or more"
             )
-        here = self._here()
         self._decide(gaps <= self._gap_tolerances(here), gaps <= self._round_off(here), self.stuck)
 
     def act(self, fired: np.ndarray) -> list[tuple[int, str]]:

@@ -24,6 +24,7 @@ from symgen.runtime.contact.local_dynamics import (
 from symgen.runtime.contact.settings import Layout
 from symgen.runtime.contact.switching import _AHEAD, _AT_LIMIT, _ROUNDED, _UNDECIDED
 from symgen.runtime.ensemble.evaluate import Evaluator
+from symgen.runtime.positions import Positions
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
@@ -147,9 +148,15 @@ class Settling:
         allowed = np.concatenate([self._gap_tolerances(rows, states), slow[:, self.n_stops :]], axis=1)
         return np.where(self.held(parameters) | (np.abs(speeds) > slow), 0.0, allowed)
 
-    def sizes_of_gaps(self, parameters: np.ndarray, times: np.ndarray, states: np.ndarray) -> np.ndarray:
-        """How much gaps change with coordinates, shape (k, number of stops): sums of the magnitudes of their slopes."""
-        return _row_sums(self._kinematics(parameters, times, states)[0][:, : self.n_stops])
+    def sizes_of_gaps(
+        self, parameters: np.ndarray, times: np.ndarray, states: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """How much gaps change with coordinates, sums of the magnitudes of their slopes, and how large these are.
+
+        Both have shape (k, number of stops).
+        """
+        rows = self._kinematics(parameters, times, states)[0][:, : self.n_stops]
+        return _row_sums(rows), self.coordinates_of(rows, states)
 
     def start(self, parameters: np.ndarray, times: np.ndarray, states: np.ndarray) -> Settled:
         """Settle members that begin: gaps are open, and all slides but for one friction at most."""
@@ -281,10 +288,15 @@ class Settling:
         change = np.where(np.abs(change) > _ROUNDED * free, change, 0.0)
         v = y[:, nq:]
         moving = np.where(np.abs(v) > self._atol + _ROUNDED, np.abs(v), 0.0)
-        speed = np.maximum(moving.max(axis=1), np.abs(change).max(axis=1))
-        size = np.maximum(1.0, np.abs(y).max(axis=1))
+        speeds = np.maximum(moving, np.abs(change))
+        of_rates = Positions(self._system).per_rate(np.abs(y[:, :nq]), 1.0)
+        sizes = np.maximum(np.maximum(1.0, of_rates), np.abs(v))
+        reached = (here.rows[which, i] != 0.0) | (here.responses[which, i] != 0.0)
+        own = [np.where(reached, values, 0.0).max(axis=1, keepdims=True) for values in (sizes, speeds)]
         with np.errstate(all="ignore"):
-            ahead = _AHEAD * np.where(speed > 0.0, size / speed, 1.0)
+            times = np.where(reached, own[0] / own[1], sizes / speeds)
+        times = np.where(np.isfinite(times), times, np.inf).min(axis=1)
+        ahead = _AHEAD * np.where(np.isfinite(times), times, 1.0)
         moved = np.concatenate([y[:, :nq] + ahead[:, None] * v, v + ahead[:, None] * change], axis=1)
         return t + ahead, moved
 
@@ -347,10 +359,15 @@ class Settling:
 
     def _gap_tolerances(self, rows: np.ndarray, y: np.ndarray) -> np.ndarray:
         """As `Instant._gap_tolerances`."""
-        size = np.maximum(1.0, np.abs(y[:, : self._system.nq]).max(axis=1))[:, None]
-        sums = _row_sums(rows[:, : self.n_stops])
+        rows = rows[:, : self.n_stops]
+        size, sums = self.coordinates_of(rows, y), _row_sums(rows)
         allowed = sums * (self._atol + self._rtol * size)
         return np.maximum(allowed, _SURELY_SEEN * np.finfo(float).eps * sums * size)
+
+    def coordinates_of(self, rows: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """As `LocalDynamics.sizes`, shape (k, number of rows)."""
+        of_rates = Positions(self._system).per_rate(np.abs(y[:, : self._system.nq]), 1.0)
+        return np.where(rows != 0.0, of_rates[:, None], 0.0).max(axis=2, initial=1.0)
 
     def _slow(self, rows: np.ndarray, y: np.ndarray) -> np.ndarray:
         """As `Instant._speed_tolerances`."""

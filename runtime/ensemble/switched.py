@@ -235,8 +235,7 @@ class SwitchedBatch:
         if not self._settling.n_stops or not len(self._y):
             return
         s, n = self.settings, self.system.nq + self.system.nv
-        sums = self._settling.sizes_of_gaps(self._p, result.columns[:, COLUMN["t"]], self._y[:, :n])
-        size = np.maximum(1.0, np.abs(self._y[:, : self.system.nq]).max(axis=1))[:, None]
+        sums, size = self._settling.sizes_of_gaps(self._p, result.columns[:, COLUMN["t"]], self._y[:, :n])
         allowed = sums * (_TOLERANCES * (s.atol + s.rtol * size) + _ROUND_OFF * size)
         with np.errstate(all="ignore"):
             parts = np.maximum(-self.lowest_gaps, 0.0) / allowed
