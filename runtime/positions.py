@@ -9,6 +9,7 @@ import numpy as np
 if TYPE_CHECKING:
     from symgen.runtime.system import System
 
+ANGLES = ("rad", "deg")  # units of coordinates that turn
 _ROUND_OFF = 4.0 * np.finfo(float).eps
 _SMALL = 1e-4  # square of an angle below which a series of two terms is exact to round-off
 

@@ -65,7 +65,9 @@ def test_estimate_against_80_digits(double, options):
     states = load_reference("double_pendulum_60")["states"]
     right = np.array([[float(x) for x in states[second]] for second in range(int(options["t_end"]) + 1)])
     seconds = np.searchsorted(run.t, np.arange(len(right)) - 1e-9)
-    true = np.abs(run.states[seconds] - right) / Extent(run.states).sizes(double)
+    true = np.abs(run.states[seconds] - right) / Extent(run.states).sizes(
+        double, np.zeros(run.states.shape[1], dtype=bool)
+    )
     found = estimate(run, 1e8)
     assert found.known
     estimated = found.relative[np.searchsorted(found.t, np.arange(len(right)) - 1e-9)]
@@ -184,7 +186,8 @@ def test_what_errors_are_measured_by():
     wave = np.sin(np.linspace(0.0, 7.0, 50))
     q = np.column_stack([wave, 1e-7 * wave, np.cos(wave), 0.0 * wave])
     v = np.column_stack([0.5 * wave, 150.0 + 0.0 * wave, 3000.0 + 1e-3 * wave])
-    size = Extent(np.hstack([q, v])).sizes(body)
+    states = np.hstack([q, v])
+    size = Extent(states).sizes(body, np.zeros(states.shape[1], dtype=bool))
     two = np.ptp(wave)
     np.testing.assert_allclose(
         size, [two, 1e-7 * two, np.ptp(np.cos(wave)), two, 0.5 * two, 150.0, 3.0], rtol=1e-6

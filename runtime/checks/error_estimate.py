@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symgen.runtime.batches import right_hand_sides
 from symgen.runtime.checks.amplification import Amplification, Stretch, together
 from symgen.runtime.checks.companion import Companion, Followed, finer, follow, independent, loose, tighter
 from symgen.runtime.checks.growth import (
@@ -23,9 +24,9 @@ from symgen.runtime.checks.sharpness import may_be_sharp
 from symgen.runtime.checks.work import operations_of_run, operations_per_step
 from symgen.runtime.integrate.methods import find_method
 from symgen.runtime.lazy import Late
-from symgen.runtime.positions import Positions
+from symgen.runtime.positions import ANGLES, Positions
 from symgen.runtime.record import record
-from symgen.runtime.sampling import row_maxima, sample_rows
+from symgen.runtime.sampling import quasi_random, row_maxima, sample_rows
 
 if TYPE_CHECKING:
     from symgen.runtime.checks.jumped_over import SharpPlaces
@@ -46,6 +47,7 @@ _HELD_BACK = (
 _LOST = 0.5  # of a range: from there on an accurate companion tells nothing more
 _LOST_FRAMES = 3  # in a row
 _AT_REST = 1e-9  # of the largest range: what moves less does not move
+_PROBED, _ELSEWHERE = 3, 0.1  # states, and in parts of ranges, for whether that has to do with it
 _LEAST_RIPPLE = 1e-3  # of a rate's magnitude: variations that count
 _ROUND_OFF = 1e4 * np.finfo(float).eps  # of a variable's magnitude
 _OF_ATOL, _LEAST = 10.0, 1e-14  # ranges below so many atol are no motion, and below this with fixed steps
@@ -253,7 +255,8 @@ class _Comparison:
         self._least = _OF_ATOL * solution.atol if self.own.adaptive else _LEAST
         extent = Extent(self._states)
         self._rest = _unresolved_rates(self.system, extent, self._t)
-        self._size = np.maximum(extent.sizes(solution.system), np.maximum(self._least, self._rest))
+        self._apart = _apart(solution, extent, self._t, self._states)
+        self._size = np.maximum(extent.sizes(self.system, self._apart), np.maximum(self._least, self._rest))
         ranges = extent.range
         self.least_range = float(ranges[ranges >= _AT_REST * ranges.max()].min(initial=1.0))
         # A jump of the rates may come before a frame in one run, and after it in the other.
@@ -419,7 +422,7 @@ class _Comparison:
                     _LEAST, _OF_ATOL * max(companion.atol, companion.rtol * largest)
                 )  # rest is no motion
                 least[part] = np.minimum(least[part], seen)
-        return np.maximum(extent.sizes(system), np.maximum(least, self._rest))
+        return np.maximum(extent.sizes(system, self._apart), np.maximum(least, self._rest))
 
     def _off(self, found: np.ndarray, states: np.ndarray, size: np.ndarray) -> np.ndarray:
         with np.errstate(over="ignore", invalid="ignore"):
@@ -451,21 +454,78 @@ class Extent:
             largest, smallest = states.max(axis=0), states.min(axis=0)
             self.range, self.magnitude = largest - smallest, np.maximum(np.abs(largest), np.abs(smallest))
 
-    def sizes(self, system: System) -> np.ndarray:
+    def is_still(self, system: System) -> np.ndarray:
+        """Which of them move by less than a billionth of the largest, as what symmetry keeps in its place."""
+        found = np.zeros(len(self.range), dtype=bool)
+        for part in (slice(0, system.nq), slice(system.nq, None)):
+            size = self.range[part]
+            found[part] = size <= _AT_REST * size.max(initial=0.0)
+        return found
+
+    def sizes(self, system: System, apart: np.ndarray) -> np.ndarray:
         """Return what errors are measured by: what each coordinate and rate does.
 
         That is its range; of a rate at least a part of its magnitude. What moves by less than a billionth of the
         largest, as what symmetry keeps in its place, is measured by that; of rates also by their magnitude.
+
+        Parameters
+        ----------
+        apart : ndarray of bool, shape (nq + nv,)
+            Those that larger ones have nothing to do with.
         """
         size, magnitude, rates = self.range.copy(), self.magnitude, slice(system.nq, None)
         at_rest = np.zeros(len(size))
         at_rest[rates] = magnitude[rates]
-        least = _LEAST_RIPPLE * at_rest
+        least, angles = _LEAST_RIPPLE * at_rest, _angles(system, len(size))
         for part in (slice(0, system.nq), rates):
             rippled = np.maximum(size[part], least[part])
-            largest = np.maximum(rippled.max(initial=0.0), at_rest[part])
-            size[part] = np.where(size[part] > _AT_REST * largest, rippled, largest)
+            # Angles are small or large by themselves, however far lengths go.
+            angular = angles[part]
+            most = np.where(
+                angular,
+                min(rippled.max(initial=0.0), rippled.max(initial=1.0, where=angular)),
+                rippled.max(initial=0.0),
+            )
+            largest = np.maximum(most, at_rest[part])
+            moves = (size[part] > _AT_REST * largest) | (apart[part] & (size[part] > 0.0))
+            size[part] = np.where(moves, rippled, largest)
         return np.maximum(size, np.maximum(_ROUND_OFF * magnitude, _TINY))
+
+
+def _angles(system: System, n: int) -> np.ndarray:
+    """Which coordinates and rates are angles, numbers of quaternions, and their rates, shape (n,)."""
+    found, positions = np.zeros(n, dtype=bool), Positions(system)
+    of_coordinates = np.array([record["unit"] in ANGLES for record in system.coordinates], dtype=bool)
+    for i, _ in positions.quaternions:
+        of_coordinates[i : i + 4] = True
+    found[: system.nq] = of_coordinates
+    found[system.nq : system.nq + system.nv] = positions.per_rate(of_coordinates, True)
+    return found
+
+
+def _apart(solution: Solution, extent: Extent, t: np.ndarray, states: np.ndarray) -> np.ndarray:
+    """Which of what moves little is moved by nothing that moves much, shape (nq + nv,): it is small, and not at rest.
+
+    Accelerations there are the same to the bit, where what moves much is elsewhere.
+    """
+    system = solution.system
+    nq, n = system.nq, system.nq + system.nv
+    still = extent.is_still(system)[:n]
+    apart = np.zeros(states.shape[1], dtype=bool)
+    if not (still & (extent.range[:n] > 0.0)).any():
+        return apart
+    rows = sample_rows(len(states), _PROBED)
+    t, here = t[rows], states[rows]
+    moved = here.copy()
+    moved[:, :n] += np.where(still, 0.0, _ELSEWHERE * quasi_random(n) * extent.range[:n])
+    with np.errstate(all="ignore"):
+        rates, there = (right_hand_sides(system, solution.p, t, y)[:, nq:n] for y in (here, moved))
+    same = (rates == there).all(axis=0)
+    positions = Positions(system)
+    of_rates = same & still[nq:] & positions.per_rate(still[:nq], False)
+    apart[:nq], apart[nq:n] = positions.per_coordinate(of_rates), of_rates
+    apart[[i + k for i, _ in positions.quaternions for k in range(4)]] = False
+    return apart
 
 
 def _unresolved_rates(system: System, extent: Extent, t: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from symgen.runtime.abi import ENTRIES
-from symgen.runtime.positions import Positions
+from symgen.runtime.positions import ANGLES, Positions
 from symgen.runtime.size import is_large
 
 if TYPE_CHECKING:
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 # Without units nothing tells an angle from a length in micrometres but the constraints themselves: a coordinate that
 # changes them by many times the size of their terms has been moved too far.
 
-ANGLES = ("rad", "deg")
 _SMALL_CHANGE = 1e-6  # of parameters: what they make of the constraints' terms
 _FAR = 30.0  # terms of a constraint: a change by more says that the sizes are not those of the model
 _DIVIDED_BY = 4.0

@@ -11,13 +11,12 @@ from symgen.runtime.code.call_block import call_block
 from symgen.runtime.constraints.drift import drift_limit
 from symgen.runtime.constraints.energy_level import may_be_kept
 from symgen.runtime.constraints.kkt import nearby_step
-from symgen.runtime.constraints.levels import ANGLES
 from symgen.runtime.constraints.row_weights import quaternion_places, random_steps
 from symgen.runtime.events_in_code import has_plain_events, make_after
 from symgen.runtime.exchange import energy_limit
 from symgen.runtime.loop_arrays import LoopArrays
 from symgen.runtime.options import SAME_TICKS, time_resolution
-from symgen.runtime.positions import Positions
+from symgen.runtime.positions import ANGLES, Positions
 from symgen.runtime.prepared import layout as here
 from symgen.runtime.prepared.rows import Look, Plan, Rows
 from symgen.runtime.prepared.whole_run import run_rows
