@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -46,7 +47,10 @@ def take(run: RunState) -> Checkpoint:
         "n_frames": int(shown.sum()),
         "controllers": controllers,
         "samples": [[float(t), float(energy), int(form)] for t, energy, form in zip(times, energies, forms)],
-        "events": [[e.name, e.action, e.t, e.energy_change] for e in actions.log],
+        "events": [
+            [e.name, e.action, e.t, e.energy_change, e.work if math.isfinite(e.work) else None]
+            for e in actions.log
+        ],
         "energy_of_resets": float(actions.energy_of_resets),
         "zeno": actions.zeno.memory,
         "stiff_noted": run.stiff_noted,
@@ -92,8 +96,8 @@ def put_back(checkpoint: Checkpoint, run: RunState, past: np.ndarray) -> None:
     ]
     states = zip(*(held[key] for key in STATES_OF_EVENTS), strict=True)
     actions.log = EventLog(
-        EventRecord(name, action, t, *event_states, change)
-        for (name, action, t, change), event_states in zip(facts["events"], states, strict=True)
+        EventRecord(name, action, t, *event_states, change, math.nan if work is None else work)
+        for (name, action, t, change, work), event_states in zip(facts["events"], states, strict=True)
     )
     actions.energy_of_resets = facts["energy_of_resets"]
     actions.lowest_gaps = held["lowest_gaps"]

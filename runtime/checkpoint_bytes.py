@@ -45,7 +45,7 @@ def _key() -> bytes:
     return key
 
 
-FORMAT = 3
+FORMAT = 4
 _DIGEST = hashlib.sha256().digest_size
 _LARGEST_OWN = 1 << 32  # bytes of a checkpoint, unpacked
 _LARGEST = 1 << 28  # of one from somebody else

@@ -101,6 +101,12 @@ def _is_row(*fits: Callable[[Any], bool]) -> Callable[[Any], bool]:
     return lambda x: type(x) is list and len(x) == len(fits) and all(fit(item) for fit, item in zip(fits, x))
 
 
+def _is_event(x: Any) -> bool:
+    """Whether it is an event's name, action, time, change of energy, and work, which is None where not known."""
+    known = _is_row(_is_text, _is_text, _is_number, _is_number)
+    return type(x) is list and known(x[:4]) and len(x) == 5 and (x[4] is None or _is_number(x[4]))
+
+
 _FACTS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "t": (_is_number, "a time"),
     "t_start": (_is_number, "a time"),
@@ -114,7 +120,7 @@ _FACTS: dict[str, tuple[Callable[[Any], bool], str]] = {
         _is_list(_is_row(_is_number, _is_number, lambda x: type(x) is int)),
         "a list of times with energies",
     ),
-    "events": (_is_list(_is_row(_is_text, _is_text, _is_number, _is_number)), "a list of events"),
+    "events": (_is_list(_is_event), "a list of events"),
     "energy_of_resets": (_is_number, "a number"),
     "zeno": (lambda x: _is_list(lambda y: y is None or _is_number(y))(x) and len(x) > 0, "a list of times"),
     "stiff_noted": (lambda x: type(x) is bool, "true or false"),

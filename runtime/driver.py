@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symgen.runtime.errors import ContactError
-from symgen.runtime.event_actions import EventRecord, ResetError
+from symgen.runtime.event_actions import EventRecord, ResetError, tell
 from symgen.runtime.exchange import energy_error_so_far
 from symgen.runtime.failures import failure_message
 from symgen.runtime.integrate import layout as at
@@ -432,7 +432,7 @@ class Run(RunState):
     def _report_events(self, records: list[EventRecord]) -> None:
         if self.recorder is not None:
             for record in records:
-                self.recorder.event(record.name, record.t, energy_change=record.energy_change)
+                tell(self.recorder, record)
 
     def _end(self, status: str, message: str) -> None:
         self.status, self.message = status, message

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -157,6 +158,9 @@ class EventRecord:
     q_before, v_before, q_after, v_after : ndarray
     energy_change : float [J]
         T + V after less before.
+    work : float [J]
+        Done on the system before it, as integrated beside the motion, with that of earlier resets; NaN where stops and
+        frictions have no part in it.
     """
 
     name: str
@@ -167,6 +171,14 @@ class EventRecord:
     q_after: np.ndarray
     v_after: np.ndarray
     energy_change: float = 0.0
+    work: float = math.nan
+
+
+def tell(recorder: Any, event: EventRecord) -> None:
+    """Tell a recorder of an event; with its states, where the work about it is integrated once more."""
+    if math.isfinite(event.work) and hasattr(recorder, "next_event"):
+        recorder.next_event(event)
+    recorder.event(event.name, event.t, energy_change=event.energy_change)
 
 
 class EventLog(Sequence):
@@ -494,6 +506,7 @@ class EventActions:
         """Settle stops and frictions; the energy of the instant is noted with the first of them."""
         arrays, nq, n = self.arrays, self.system.nq, self.system.nq + self.system.nv
         before, energy = arrays.y[:n].copy(), self.energy()
+        work = arrays.y[n] + self.energy_of_resets if self.system.nw else math.nan
         actions = self.switching.act(switched)
         after, change = arrays.y[:n].copy(), self.energy() - energy
         self.energy_of_resets += change
@@ -501,7 +514,7 @@ class EventActions:
         return [
             EventRecord(
                 self.switching.names[index], action, arrays.t, before[:nq], before[nq:], after[:nq], after[nq:],
-                change if k == 0 else 0.0,
+                change if k == 0 else 0.0, float(work),
             )
             for k, (index, action) in enumerate(actions)
         ]  # fmt: skip

@@ -34,7 +34,8 @@ class RunState:
         Times at which states are wanted; the last is the end of the run.
     recorder : object, optional
         Has `start(t, y)`, `frames(times, states)`, `steps(log)` and `event(name, t, energy_change=...)`; and
-        `checkpoint(make, final=...)` if it keeps checkpoints, `settings(values)` if it records stops and frictions.
+        `checkpoint(make, final=...)` if it keeps checkpoints, `settings(values)` if it records stops and frictions,
+        `next_event(record)` if it takes their events whole.
     progress : callable, optional
         Called with (t, steps) now and then; where it has a method `watch`, that gets the run before it begins.
     max_steps : int, optional

@@ -54,7 +54,7 @@ def work_that_balances(
     forms : Forms, optional
         What is held of stops and frictions, by frame.
     jumps : sequence of EventRecord
-        Those that changed the state, or what is held. Between frames with one, `work` stays, unless it let slip.
+        Those that changed the state, or what is held. Between frames with several, `work` stays.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         again = work_by_quadrature(system, p, t, states, work, forms, jumps)
@@ -75,9 +75,10 @@ def work_by_quadrature(
 ) -> np.ndarray | None:
     """Return the work done on the system up to each frame [J], shape (n,); None where that cannot be told.
 
-    Between frames, and a slip that may be between them, the motion is the polynomial through coordinates, rates and
-    accelerations on both sides. Of a run in which stops and frictions switch, only what is held goes evenly: while all
-    slide, their directions turn, which steps follow, and `work` stays. Parameters are those of `work_that_balances`.
+    Between frames, and an instant between them at which stops and frictions switch, the motion is the polynomial
+    through coordinates, rates and accelerations on both sides. Of a run in which they switch, only what is held goes
+    evenly: while all slide, and after a slip, directions turn, which steps follow, and `work` stays. Parameters are
+    those of `work_that_balances`.
     """
     h = np.diff(t)
     if len(t) < 2 or system.quaternions or not np.all(h > 0.0) or not np.all(np.isfinite(states)):
@@ -100,10 +101,7 @@ def work_by_quadrature(
 
 
 class _Pieces(NamedTuple):
-    """Pieces of the motion without jumps: times and states on both sides, the interval between frames, the form.
-
-    Friction that slips from rest is aimed at first; `form_at_begin` has its direction there.
-    """
+    """Pieces of the motion without jumps: times and states on both sides, the interval between frames, the form."""
 
     t: np.ndarray
     t_end: np.ndarray
@@ -111,7 +109,6 @@ class _Pieces(NamedTuple):
     end: np.ndarray
     interval: np.ndarray
     form: np.ndarray
-    form_at_begin: np.ndarray
 
     def of(self, chosen: np.ndarray) -> _Pieces:
         """Return some of them."""
@@ -141,58 +138,55 @@ def _pieces(
     times = np.array([event.t for event in jumps])
     first, last = np.searchsorted(times, t[:-1], side="left"), np.searchsorted(times, t[1:], side="right")
     even = _even(system, index, forms)
-    smooth = even & (first == last) & (index[1:] == index[:-1])
+    # A run that was resumed lists the form in which it goes on once more.
+    settings = np.zeros((1, 0)) if forms is None else forms.settings
+    same = (settings[index[1:]] == settings[index[:-1]]).all(axis=1)
+    smooth = even[:-1] & (first == last) & same
     whole = np.flatnonzero(smooth)
-    found = [
-        _Pieces(t[whole], t[whole + 1], states[whole], states[whole + 1], whole, index[whole], index[whole])
-    ]
+    found = [_Pieces(t[whole], t[whole + 1], states[whole], states[whole + 1], whole, index[whole])]
     done = np.where(smooth, 0.0, np.diff(work))
-    for i in np.flatnonzero(even & (last > first)):
+    for i in np.flatnonzero((last > first) & (even[:-1] | even[1:])):
         there = jumps[first[i] : last[i]]
-        slip = there[0]
-        if forms is None or len(there) > 1 or slip.action != "slip" or not t[i] < slip.t < t[i + 1]:
+        instant, work_there = there[0].t, there[0].work
+        if there[-1].t > instant or not t[i] < instant < t[i + 1] or not np.isfinite(work_there):
             continue
-        done[i] = slip.energy_change
-        before, after = (
-            np.concatenate([slip.q_before, slip.v_before]), np.concatenate([slip.q_after, slip.v_after])
-        )  # fmt: skip
-        found.append(
-            _Pieces(
-                np.array([t[i], slip.t]), np.array([slip.t, t[i + 1]]), np.array([states[i], after]),
-                np.array([before, states[i + 1]]), np.array([i, i]), index[i : i + 2],
-                np.array([index[i], index[i] + 1]),
-            )
-        )  # fmt: skip
+        after = np.concatenate([there[-1].q_after, there[-1].v_after])
+        if even[i]:
+            before = np.concatenate([there[0].q_before, there[0].v_before])
+            found.append(_one_piece(t[i], instant, states[i], before, i, index[i]))
+            done[i] -= work_there - work[i]
+        if even[i + 1] and all(event.action != "slip" for event in there):
+            found.append(_one_piece(instant, t[i + 1], after, states[i + 1], i, index[i + 1]))
+            done[i] -= work[i + 1] - work_there - sum(event.energy_change for event in there)
     return _Pieces(*(np.concatenate(values) for values in zip(*found, strict=True))), done
 
 
+def _one_piece(
+    t: float, t_end: float, begin: np.ndarray, end: np.ndarray, interval: int, form: int
+) -> _Pieces:
+    return _Pieces(
+        np.array([t]), np.array([t_end]), begin[None], end[None], np.array([interval]), np.array([form])
+    )
+
+
 def _even(system: System, index: np.ndarray, forms: Forms | None) -> np.ndarray:
-    """Whether the motion may go evenly from each frame on: where stops and frictions switch, some are held."""
+    """Whether the motion may go evenly about each frame: where stops and frictions switch, some are held."""
     if forms is None:
-        return np.ones(len(index) - 1, dtype=bool)
+        return np.ones(len(index), dtype=bool)
     held = [contact_forms.form_of(system, settings) is system.closed for settings in forms.settings]
-    return (index[:-1] >= 0) & np.array(held)[index[:-1]]
+    return (index >= 0) & np.array(held)[index]
 
 
 def _stretches(system: System, p: np.ndarray, pieces: _Pieces, forms: Forms | None) -> list[_Stretch]:
     """Return the pieces by what is held in them."""
     found = []
-    a = _accelerations(system, p, forms, pieces.form_at_begin, pieces.t, pieces.begin)
-    at_end = _accelerations(system, p, forms, pieces.form, pieces.t_end, pieces.end)
     for k in np.unique(pieces.form):
-        own = np.flatnonzero(pieces.form == k)
-        found.append(_Stretch(*_in_form(system, p, forms, k), pieces.of(own), a[own], at_end[own]))
+        own = pieces.of(np.flatnonzero(pieces.form == k))
+        form, here = _in_form(system, p, forms, k)
+        a, _ = accelerations_and_multipliers(form, here, own.t, own.begin)
+        at_end, _ = accelerations_and_multipliers(form, here, own.t_end, own.end)
+        found.append(_Stretch(form, here, own, a, at_end))
     return found
-
-
-def _accelerations(
-    system: System, p: np.ndarray, forms: Forms | None, index: np.ndarray, t: np.ndarray, states: np.ndarray
-) -> np.ndarray:
-    a = np.zeros((len(t), system.nv))
-    for k in np.unique(index):
-        own = np.flatnonzero(index == k)
-        a[own], _ = accelerations_and_multipliers(*_in_form(system, p, forms, k), t[own], states[own])
-    return a
 
 
 def _in_form(system: System, p: np.ndarray, forms: Forms | None, k: int) -> tuple[System, np.ndarray]:

@@ -176,7 +176,7 @@ FORGED = {
     "frames that are not there": (lambda c: c.facts.update(n_frames=10**6), "its checkpoint is of"),
     "a time of nan": (lambda c: c.facts.update(t=float("nan")), "not a time"),
     "notes that are none": (lambda c: c.facts.update(notes=[1, {}]), "a list of texts"),
-    "an event of its own": (lambda c: c.facts.update(events=[["x", "y", 0.0, 0.0]]), "'q_before'"),
+    "an event of its own": (lambda c: c.facts.update(events=[["x", "y", 0.0, 0.0, None]]), "'q_before'"),
     "forms that are not there": (lambda c: c.arrays.update(forms=np.full_like(c.arrays["forms"], 9)), "forms"),
     "frames divided backwards": (lambda c: c.arrays.update(resets_from=np.array([7])), "divide its frames"),
 }  # fmt: skip

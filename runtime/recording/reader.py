@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from symgen.runtime.system import System
 
 read = Late("symgen.runtime.recording.rrd.read")
+event_actions = Late("symgen.runtime.event_actions")
 
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,199}", re.ASCII)
@@ -226,7 +227,7 @@ def _recording(
         multipliers=columns["lambda"],
         settings=columns["settings"],
         energy=energy,
-        events=_events(batches),
+        events=_events(batches, columns["q"].shape[1], columns["v"].shape[1]),
         sha256=result.get("sha256", ""),
         n_frames_written=result.get("n_frames", -1),
         file_bytes=result.get("file_bytes", 0),
@@ -403,15 +404,26 @@ def _energies(batches: dict[str, list[pa.RecordBatch]]) -> np.ndarray:
     return _series(written, "Scalars", ("scalars",))["scalars"] if written else np.zeros((0, 3))
 
 
-def _events(batches: dict[str, list[pa.RecordBatch]]) -> tuple[RecordedEvent, ...]:
+def _events(batches: dict[str, list[pa.RecordBatch]], nq: int, nv: int) -> tuple[RecordedEvent, ...]:
     events = []
     for batch in batches.get(schema.EVENTS, []):
         prefix = f"{schema.EVENT_ARCHETYPE}:"
         if f"{prefix}t" not in batch.schema.names:
             continue
         frames = batch.column(schema.FRAME).to_pylist()
-        parts = [batch.column(prefix + key).to_pylist() for key in ("name", "t", "energy_change")]
-        for frame, name, t, change in zip(frames, *parts):
+        keys = ("name", "t", "energy_change", "action", "around")
+        none = [None] * len(frames)
+        parts = [
+            batch.column(prefix + key).to_pylist() if prefix + key in batch.schema.names else none
+            for key in keys
+        ]
+        for frame, name, t, change, action, numbers in zip(frames, *parts):
             if t is not None:
-                events.append(RecordedEvent(name[0], t[0], frame, change[0]))
+                whole = None
+                if action and numbers and len(numbers) == 1 + 2 * (nq + nv):
+                    states = np.split(np.array(numbers[1:]), [nq, nq + nv, 2 * nq + nv])
+                    whole = event_actions.EventRecord(
+                        name[0], action[0], t[0], *states, change[0], numbers[0]
+                    )
+                events.append(RecordedEvent(name[0], t[0], frame, change[0], whole))
     return tuple(sorted(events, key=lambda event: (event.frame, event.t)))

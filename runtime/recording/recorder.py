@@ -25,6 +25,7 @@ from symgen.runtime.recording.recording import Quantities, Settings
 from symgen.runtime.uninterrupted import uninterrupted
 
 if TYPE_CHECKING:
+    from symgen.runtime.event_actions import EventRecord
     from symgen.runtime.system import System
 
     from .run_writer import RunWriter
@@ -48,7 +49,7 @@ class Batch:
     """
 
     frames: list[tuple[np.ndarray, np.ndarray, float, np.ndarray]] = field(default_factory=list)
-    events: list[tuple[int, float, str, float]] = field(default_factory=list)
+    events: list[tuple[int, float, str, float, EventRecord | None]] = field(default_factory=list)
     steps: list[np.ndarray] = field(default_factory=list)
     checkpoint: bytes = b""
 
@@ -217,6 +218,7 @@ class RunRecorder:
         self._next_checkpoint = -np.inf  # wall time; the first one comes with the first chunk
         self._checkpoint_bytes = self._last_checkpoint = 0
         self._energy_of_resets = 0.0
+        self._next_event: EventRecord | None = None
         self._n_taken = self._n_waiting = 0
         self._last_flush = time.monotonic()
 
@@ -272,8 +274,13 @@ class RunRecorder:
         energy_change : float [J]
             T + V after a reset less T + V before it. The energy balance of later frames allows for it.
         """
-        self._batches[-1].events.append((self._n_taken, float(t), str(name), float(energy_change)))
+        whole, self._next_event = self._next_event, None
+        self._batches[-1].events.append((self._n_taken, float(t), str(name), float(energy_change), whole))
         self._energy_of_resets += float(energy_change)
+
+    def next_event(self, event: EventRecord) -> None:
+        """Take the event that is recorded next as the run has it, with the motion on both sides and the work."""
+        self._next_event = event
 
     def settings(self, values: np.ndarray) -> None:
         """Take the settings of stops and frictions that hold for the frames from now on."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +20,7 @@ from symgen.runtime.recording import schema
 
 if TYPE_CHECKING:
     from symgen.runtime.contact.forms import Forms
+    from symgen.runtime.event_actions import EventRecord
     from symgen.runtime.system import System
 
 forms = Late("symgen.runtime.contact.forms")
@@ -119,12 +120,15 @@ class RecordedEvent:
     frame : int
         Number of the first frame after it.
     energy_change : float [J]
+    whole : EventRecord, optional
+        As the run had it, of events that switched stops or frictions of a model whose work counts.
     """
 
     name: str
     t: float
     frame: int
     energy_change: float
+    whole: EventRecord | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)

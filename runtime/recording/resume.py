@@ -217,6 +217,8 @@ class Resumed:
         for first, end in zip(marks, [*marks[1:], n], strict=True):
             for event in events:
                 if max(event.frame, 1) == first:
+                    if event.whole is not None:
+                        recorder.next_event(event.whole)
                     recorder.event(event.name, event.t, energy_change=event.energy_change)
             if switches and first < n:
                 recorder.settings(past.settings[first])

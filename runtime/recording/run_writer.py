@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import itertools
 import json
 import platform
 from collections.abc import Mapping, Sequence
@@ -16,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from symgen.runtime.checkpoint_check import STATES_OF_EVENTS
 from symgen.runtime.exchange import Exchange
 from symgen.runtime.lazy import Late
 from symgen.runtime.recording import geometry, layout, schema
@@ -26,6 +28,7 @@ from symgen.runtime.recording.rrd.write import RERUN_VERSION, RrdWriter
 from symgen.runtime.recording.tethers import TetherWriter, is_held, tethers
 
 if TYPE_CHECKING:
+    from symgen.runtime.event_actions import EventRecord
     from symgen.runtime.recording.rrd.write import MarkWriter
 
 mark_writer = Late("symgen.runtime.recording.rrd.write")
@@ -446,10 +449,20 @@ class RunWriter:
                 here = bound(values, axis=0)
                 ends[source] = pick(ends[source], here) if source in ends else here
 
-    def events(self, events: list[tuple[int, float, str, float]]) -> None:
-        """Write events: number of the first frame after it, time [s], name, change of T + V [J]."""
-        frames, t, names, changes = (list(column) for column in zip(*events))
+    def events(self, events: list[tuple[int, float, str, float, EventRecord | None]]) -> None:
+        """Write events: first frame after it, time [s], name, change of T + V [J], the record of the run."""
+        for known, some in itertools.groupby(events, lambda event: event[4] is not None):
+            self._events(list(some), known)
+
+    def _events(self, events: list[tuple[int, float, str, float, EventRecord | None]], known: bool) -> None:
+        frames, t, names, changes, whole = (list(column) for column in zip(*events))
         columns = {"t": np.array(t)[:, None], "name": names, "energy_change": np.array(changes)[:, None]}
+        if known:
+            numbers = [
+                np.concatenate([[event.work], *(getattr(event, key) for key in STATES_OF_EVENTS)])
+                for event in whole
+            ]
+            columns |= {"action": [event.action for event in whole], "around": np.array(numbers)}
         self._rrd.times(np.array(t), np.array(frames))
         self._rrd.columns(schema.EVENTS, schema.EVENT_ARCHETYPE, columns)
         self._rrd.events(names)

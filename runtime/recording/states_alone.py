@@ -117,7 +117,7 @@ def _write_frames(writer: RunWriter, recording: Recording, t: np.ndarray, y: np.
         rows = slice(first, first + _FRAMES_AT_ONCE)
         writer.frames(t[rows], y[rows], resets[rows], recording.settings[rows])
     if recording.events:
-        writer.events([(e.frame, e.t, e.name, e.energy_change) for e in recording.events])
+        writer.events([(e.frame, e.t, e.name, e.energy_change, e.whole) for e in recording.events])
 
 
 def _driven(system: System, recording: Recording) -> System:

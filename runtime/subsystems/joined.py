@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symgen.runtime.event_actions import EventLog, EventRecord
+from symgen.runtime.event_actions import EventLog, EventRecord, tell
 from symgen.runtime.exchange import energy_error_so_far
 from symgen.runtime.integrate import layout as at
 
@@ -168,7 +168,7 @@ class Joined:
             end = int(np.searchsorted(times, record.t, side="right"))
             self._hand_on(first, end)
             first = max(first, end)
-            self._recorder.event(record.name, record.t, energy_change=record.energy_change)
+            tell(self._recorder, record)
             self._told += 1
         self._hand_on(first, n)
 

@@ -88,6 +88,9 @@ class Recorded:
     def event(self, name: str, t: float, *, energy_change: float = 0.0) -> None:
         self._timed("event", name, t, energy_change=energy_change)
 
+    def next_event(self, event: Any) -> None:
+        self._timed("next_event", event)
+
     def settings(self, values: Any) -> None:
         self._timed("settings", values)
 
