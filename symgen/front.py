@@ -102,7 +102,7 @@ class Model(model.Model):
         folder : path, optional
             Where the meshes of a model given as text are.
         """
-        if isinstance(source, Path) or (source.endswith(".toml") and "\n" not in source):
+        if isinstance(source, Path) or (source.lower().endswith(".toml") and "\n" not in source):
             return toml_reader.read_file(Path(source), cls)
         return toml_reader.read_text(source, folder=None if folder is None else Path(folder), make=cls)
 

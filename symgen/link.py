@@ -449,7 +449,7 @@ def _files_beside(path: Path) -> Iterator[bytes]:
 
     What is wrong with them is found when they are read.
     """
-    waiting = [path] if path.suffix == ".toml" else []
+    waiting = [path] if path.suffix.lower() == ".toml" else []
     seen: set[Path] = set()
     while waiting:
         file = waiting.pop()

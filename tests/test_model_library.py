@@ -127,3 +127,13 @@ def test_open_ended_options(tmp_path):
 
 def test_toml_is_read_by_path():
     assert library.load(library.find("bouncing_ball")).describe().name == "bouncing_ball"
+
+
+@pytest.mark.parametrize("name", ["slider.TOML", "slider.Toml"])
+def test_suffixes_may_be_written_large(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    Path(name).write_text('[coordinates]\nx = {}\n[energy]\nkinetic = "dot(x)^2/2"\n', encoding="utf-8")
+    assert library.find(name) == Path(name)
+    assert [c.name for c in library.load(name).describe().coordinates] == ["x"]
+    with pytest.raises(ModelError, match=r"did you mean 'slider\.T"):
+        library.find("slidr.TOML")

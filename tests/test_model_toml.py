@@ -3,6 +3,7 @@
 import dataclasses
 from pathlib import Path
 
+import numpy as np
 import pytest
 import sympy
 
@@ -269,3 +270,25 @@ def test_mesh_that_leads_away(tmp_path):
     path.write_text(MESH)
     with pytest.raises(ModelError, match="leads out"):
         read_file(path)
+
+
+def test_frames_are_written_as_they_were_given():
+    m = Model("frames")
+    a = m.parameter("a", "0.3 rad")
+    m.constant("c", 0.5)
+    m.body("b", mass=1, inertia=[1, 1, 1])
+    m.joint("j", "free", "b")
+    m.point("tip", "b", (0, 0.1, 0))
+    m.frame("tilted", "b", axis=("c", 1, 0), angle="20 deg")
+    m.frame("turned", "b", axis=np.array([0.0, 0.0, 1.0]), angle=2 * a)
+    m.frame("halved", "b", quaternion=(0.6, 0.8, 0, 0))
+    m.frame("aimed", "b", x="tip", y=(1, 0, 0))
+    m.frame("rolled", "b", rpy=(0.1, 0, 0))
+    text = m.to_toml()
+    for line in (
+        'axis = ["c", 1, 0]\nangle = "20 deg"', 'axis = [0.0, 0.0, 1.0]\nangle = "2*a"',
+        "quaternion = [0.6, 0.8, 0, 0]", 'x = "tip"\ny = [1, 0, 0]', "rpy = [0.1, 0, 0]",
+    ):  # fmt: skip
+        assert line in text
+    again = Model.from_toml(text)
+    assert again.to_toml() == text and again.describe() == m.describe()

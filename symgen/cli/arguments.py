@@ -102,7 +102,7 @@ def _models(context: click.Context, parameter: click.Parameter, begun: str) -> l
     path = Path(begun)
     folder = path if begun.endswith("/") else path.parent
     beside = sorted(folder.glob("*")) if folder.is_dir() else []
-    files = [f"{x}/" if x.is_dir() else str(x) for x in beside if x.is_dir() or x.suffix in SUFFIXES]
+    files = [f"{x}/" if x.is_dir() else str(x) for x in beside if x.is_dir() or x.suffix.lower() in SUFFIXES]
     return [name for name in (*bundled(), *files) if name.startswith(begun)]
 
 

@@ -34,7 +34,7 @@ def with_control(path: Path, system: System, options: RunOptions) -> RunOptions:
     ModelError
         `control` fails, or does not return a dictionary.
     """
-    if path.suffix != ".py" or not _defines_control(path):
+    if path.suffix.lower() != ".py" or not _defines_control(path):
         return options
     parameters = dict(options.parameters or {})
     found = run_function(path, "control", system, parameters)

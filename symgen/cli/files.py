@@ -288,7 +288,7 @@ def _model_files(model: str) -> list[Path]:
         return []
     found = [path]
     try:
-        if path.suffix == ".toml" and path.is_file() and path.stat().st_size <= _LARGEST_MODEL:
+        if path.suffix.lower() == ".toml" and path.is_file() and path.stat().st_size <= _LARGEST_MODEL:
             text = path.read_text(encoding="utf-8", errors="replace")
             for name in dict.fromkeys(_TEXT_IN_TOML.findall(text)):
                 if "." in name and (path.parent / name).is_file():

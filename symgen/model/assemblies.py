@@ -493,6 +493,8 @@ class _Taken:
                 changed[x.name] = _each(self._element, value)
             elif x.name in symbols:
                 changed[x.name] = _each(self._symbol, value)
+            elif isinstance(part, Frame) and x.name == "said":
+                changed[x.name] = ()  # in names of the assembly, and before it was placed
             elif x.name == "mesh" and value:
                 changed[x.name] = self._mesh(value)
             elif not isinstance(value, (str, float, bool, type(None))):

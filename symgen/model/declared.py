@@ -147,6 +147,8 @@ class Declared:
             raise self._sources.error(table, str(name)[:60], fault, hint="choose another name")
 
     def _vector(self, values: Any, table: str, key: str, lengths: tuple[int, ...]) -> list[Any]:
+        if hasattr(values, "tolist"):
+            values = values.tolist()  # an array of NumPy
         if not is_listed(values):
             raise self._sources.error(
                 table,

@@ -246,12 +246,16 @@ class Axis:
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame fixed in a body or "world", its origin `at` [m]; `rpy` [rad] as in joints. The origin is a point, too."""
+    """A frame fixed in a body or "world", its origin `at` [m]; `rpy` [rad] as in joints. The origin is a point, too.
+
+    `said` are the arguments that its orientation was given by, for who writes the model down; empty where `rpy` was.
+    """
 
     name: str
     body: str
     at: tuple[Expr, ...]
     rpy: tuple[Expr, ...]
+    said: tuple[tuple[str, Any], ...] = default(default=(), compare=False)
 
 
 @dataclass(frozen=True)

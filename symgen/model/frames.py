@@ -46,7 +46,19 @@ def make_frame(model: Declared, name: str, body: str, at: Expressions, given: di
         rpy = _by_directions(model, table, body, at, given)
     else:
         rpy = ZERO
-    return Frame(name, body, at, rpy)
+    said = () if "rpy" in given else tuple((key, _as_said(model, table, key, x)) for key, x in given.items())
+    return Frame(name, body, at, rpy, said)
+
+
+def _as_said(model: Declared, table: str, key: str, value: Any) -> Any:
+    """An argument as it was given, as TOML can say it: numbers and text stay, SymPy's become the model's."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, (Sequence, np.ndarray)):
+        return tuple(_as_said(model, table, key, x) for x in value)
+    if isinstance(value, (int, float)):
+        return value if isinstance(value, int) else float(value)
+    return model._sources.expression(value, table, key)
 
 
 def _about(model: Declared, table: str, given: dict[str, Any]) -> Expressions:

@@ -49,7 +49,8 @@ def find(model: str | Path) -> Path:
         If there is none, with the nearest name; or if the name is that of a bundled model and of a file here.
     """
     path = Path(model)
-    if path.suffix in SUFFIXES or len(path.parts) > 1:
+    suffix = path.suffix.lower()
+    if suffix in SUFFIXES or len(path.parts) > 1:
         if not path.is_file():
             if path.is_dir():
                 what = "is a folder"
@@ -60,7 +61,7 @@ def find(model: str | Path) -> Path:
             raise ModelError(
                 f"the model file '{path}' {what}", hint=_near_file(path) or "name a .toml or a .py file"
             )
-        if path.suffix not in SUFFIXES:
+        if suffix not in SUFFIXES:
             raise ModelError(f"'{path}' is not a model file", hint="a model is a .toml or a .py file")
         return path
     models = bundled()
@@ -81,7 +82,11 @@ def find(model: str | Path) -> Path:
 
 
 def _near_file(path: Path) -> str | None:
-    beside = [p.name for p in path.parent.glob("*") if p.suffix in SUFFIXES] if path.parent.is_dir() else []
+    beside = (
+        [p.name for p in path.parent.glob("*") if p.suffix.lower() in SUFFIXES]
+        if path.parent.is_dir()
+        else []
+    )
     names = [*beside, *bundled()]
     hint = nearest(path.name, names)
     return hint if hint and hint.startswith("did") else None
@@ -119,9 +124,9 @@ def load(path: str | Path, options: Mapping[str, str] | None = None) -> Model:
     Model
     """
     path = Path(path)
-    if path.suffix == ".py":
+    if path.suffix.lower() == ".py":
         return _build(path, dict(options or {}))
-    if path.suffix != ".toml":
+    if path.suffix.lower() != ".toml":
         raise ModelError(
             "a model is a .toml or a .py file",
             file=str(path),

@@ -132,6 +132,8 @@ class _Writer:
         for frame in d.frames:
             table = f"frames.{frame.name}"
             turn = [f"rpy = {self.array(table, 'rpy', frame.rpy)}"] if any(frame.rpy) else []
+            if frame.said:
+                turn = [f"{key} = {self.given(table, key, x)}" for key, x in frame.said]
             yield [*self.fixed(table, frame.body, "at", frame.at), *turn]
         for spring in d.springs:
             yield self.spring(spring)
