@@ -496,3 +496,54 @@ def test_what_has_no_answer_is_refused_by_name(case):
     with pytest.raises(ModelError, match=says):
         change(m)
         m.derive()
+
+
+LANDING = """
+[parameters]
+g = "9.81 m/s^2"
+m = "1 kg"
+c = "0.01 s/kg"
+[coordinates]
+a = { unit = "rad", start = 0.5 }
+n = { unit = "m", start = 0 }
+[bodies.b]
+mass = "m"
+com = [0, "-1 m", 0]
+inertia = [0.1, 0.1, 0.1]
+[joints.pin]
+type = "revolute"
+child = "b"
+axis = [0, 0, 1]
+coordinate = "a"
+[energy]
+kinetic = "m*dot(n)^2/2"
+[gravity]
+y = "-g"
+[events.look]
+when = "a"
+direction = "falling"
+then = { reset = { "dot(n)" = "c*reaction(pin, fy)" } }
+"""
+
+
+@pytest.mark.parametrize("method", ["taylor", "dop853", "radau5", "bdf", "generalized_alpha"])
+def test_resets_read_reactions_of_the_moment_before(method):
+    solution = run(derive(read_text(LANDING)), method, 1.0)
+    (event,) = solution.events
+    # At the lowest place the pin holds m (g + l w^2), with w from the energy of a compound pendulum.
+    spin = 2 * G * (1 - np.cos(0.5)) / 1.1
+    assert event.v_after[1] == pytest.approx(
+        0.01 * (G + spin), rel=1e-4 if method == "generalized_alpha" else 1e-8
+    )
+    assert solution.ok
+
+
+def test_resets_read_no_reactions_beside_stops():
+    text = (
+        LANDING.replace("[coord", 'wall = "1 m"\n[coord')
+        + '[stops.wall]\ngap = "wall - n"\nrestitution = 0.5\n'
+    )
+    with pytest.raises(
+        ModelError, match=r"then.reset.dot\(n\).*with stops, contacts or friction.*\[states\]"
+    ):
+        derive(read_text(text))

@@ -309,8 +309,8 @@ def _observers(d: Derivation) -> Iterator[Function]:
     if d.description.outputs:
         nodes = [load(e) for _, e in d.description.outputs]
         yield Function("outputs", "Outputs.", tuple(nodes if sensed is None else sensed.observed(nodes)))
+    looks = load if sensed is None else sensed.event
     if d.description.events:
-        looks = load if sensed is None else sensed.event
         yield Function("events", "Event functions.", tuple(looks(e.when) for e in d.description.events))
     coordinate = {c.name: k for k, c in enumerate(d.description.coordinates)}
     rate = {r.name: len(d.x.q) + k for k, r in enumerate(d.description.rates)}
@@ -318,5 +318,5 @@ def _observers(d: Derivation) -> Iterator[Function]:
         if event.action == "reset":
             state = [*d.x.q, *d.x.v]
             for reset in event.resets:
-                state[(rate if reset.is_rate else coordinate)[reset.target]] = load(reset.value)
+                state[(rate if reset.is_rate else coordinate)[reset.target]] = looks(reset.value)
             yield Function(reset_function(event.name), f"State after event '{event.name}'.", tuple(state))

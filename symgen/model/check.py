@@ -531,12 +531,14 @@ class _Checker:
         return Dependence(frozenset(coordinates), via)
 
     def check_role(self, item: Item, dependence: Dependence) -> None:
-        if SENSED in dependence.via and not _may_sense(item):
+        if SENSED in dependence.via and item.key.startswith("then.reset"):
+            self._check_sensing_reset(item, dependence.via[SENSED])
+        elif SENSED in dependence.via and not _may_sense(item):
             name = dependence.via[SENSED]
             message = f"{item.role.title} cannot depend on {SENSED}, {name}: it would determine itself"
             hint = (
-                "they may stand in forces, loads, derivatives of states, outputs, events and start equations; friction "
-                "takes a reaction as its 'normal'"
+                "they may stand in forces, loads, derivatives of states, outputs, events, resets and start equations; "
+                "friction takes a reaction as its 'normal'"
             )
             raise self.sources.name_error(item.table, item.key, name, message, hint)
         if item.table == "start":
@@ -552,6 +554,19 @@ class _Checker:
                 if kind == KINKS:
                     hint = "velocities would jump there: take the kind 'cubic', and let it 'extend' or 'refuse' outside"
                 raise self.sources.name_error(item.table, item.key, name, message, hint)
+
+    def _check_sensing_reset(self, item: Item, name: str) -> None:
+        """Refuse reactions in resets where stops and frictions act, too: a reset does not know what these hold."""
+        d = self.description
+        if d.stops or d.frictions:
+            message = (
+                f"a reset cannot depend on {SENSED}, {name}, in a model with stops, contacts or friction"
+            )
+            hint = (
+                'let a state follow it, as in follow = { derivative = "(reaction(…) - follow)/tau" } of [states], and '
+                "reset by the state"
+            )
+            raise self.sources.name_error(item.table, item.key, name, message, hint)
 
     def _check_start_equation(self, item: Item, dependence: Dependence) -> None:
         """Whether an equation of the start names something that a start may be found for."""
