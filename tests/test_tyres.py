@@ -341,3 +341,43 @@ def test_what_camber_has_not(more, says):
     with pytest.raises(ModelError) as error:
         m.tyre("front", body="car", radius=0.3, relaxation=0.4, load=5000, **more)
     assert says in str(error.value) + str(error.value.hint)
+
+
+SKIDDING = """
+[coordinates]
+x = { unit = "m", rate = 20.0 }
+y = { unit = "m", rate = 14.0 }
+psi = { start = 0.1, rate = 0.8 }
+[bodies.car]
+mass = "1200 kg"
+inertia = "1800 kg*m^2"
+com = ["x", "y"]
+angle = "psi"
+[tyres.front]
+body = "car"
+radius = "0.3 m"
+at = ["1.2 m", 0]
+axis = [-0.01, 1]
+load = "6800 N"
+LAW
+relaxation = "0.3 m"
+[outputs]
+slip = "front_slip"
+[tables.grip]
+columns = [[0, 0.05, 0.1, 0.2, 1.0], [0, 0.45, 0.8, 0.9, 0.8]]
+outside = "hold"
+kind = "pchip"
+"""
+
+
+@pytest.mark.parametrize("law", ["slip_stiffness = 9.0\nfriction = 0.9", 'table = "grip(front_slip)"'])
+def test_taylor_goes_piece_by_piece_over_the_limit_of_a_tyre(law):
+    """A brush slides all over from a slip of 0.3 on; what it compares is a root of a sum of squares."""
+    system = derive(read_text(SKIDDING.replace("LAW", law)))
+    exact = system.run(method="dop853", rtol=1e-11, atol=1e-13, t_end=1.0)
+    run = system.run(method="taylor", rtol=1e-9, t_end=1.0)
+    slips = exact.outputs[:, 0]
+    assert slips.max() > 0.3 > slips[0]
+    assert run.ok and exact.ok
+    np.testing.assert_allclose(run.q[-1], exact.q[-1], rtol=0, atol=3e-8)
+    np.testing.assert_allclose(run.v[-1], exact.v[-1], rtol=0, atol=3e-8)

@@ -540,6 +540,15 @@ class SeriesGraph(Algebra):
                     pending.append(below)
         return of_state, of_branch, breaks
 
+    def _is_never_negative(self, node: int) -> bool:
+        """Whether a constant is seen to be no negative number: a sum of squares, as in distances and slips."""
+        op, args = self.op[node], self.args[node]
+        if op == "number":
+            return self.data[node][0] >= 0.0
+        if op == "fmul" and args[0] == args[1]:
+            return True
+        return op in ("fadd", "fmul") and all(map(self._is_never_negative, args))
+
     def _is_partial(self, node: int) -> bool:
         """Whether an operation on constants has no value somewhere."""
         if self.op[node] in ("div", "fdiv"):
@@ -547,4 +556,6 @@ class SeriesGraph(Algebra):
         if self.op[node] != "call":
             return False
         name = self.data[node][0]
+        if name == "sqrt" and self._is_never_negative(self.args[node][0]):
+            return False
         return name in ("tan", "pow") or IN_CODE[name].domain != (-math.inf, math.inf)
