@@ -20,6 +20,7 @@ from symgen.runtime.ensemble.sampling import read_variation
 from symgen.runtime.ensemble.work import _prepared
 from symgen.runtime.errors import RuntimeModelError, UnknownNameError
 from symgen.runtime.front import load
+from symgen.runtime.integrate import layout as at
 
 GENERATED = Path(__file__).parents[1] / "generated"
 # Model, end [s], what varies: with constraints that parameters change, quaternions, work, time, friction.
@@ -204,6 +205,47 @@ def test_fixed_steps(name, method):
         for column in e.names:
             assert np.allclose(run[column], e[column][k], rtol=1e-9, atol=1e-9), column
         assert len(e.member(k).step_log) == run.stats["steps"] == 500
+
+
+# Constrained by lengths that vary; with a quaternion; with a mass matrix that changes, and work; with jumps in time.
+@pytest.mark.parametrize(
+    ("name", "method", "steps"),
+    [
+        ("slider_crank", "rattle", 100), ("slider_crank", "rattle6", 100), ("heavy_top_absolute", "rattle4", 100),
+        ("cart_pole", "rattle", 100), ("cart_pole", "rattle6", 100), ("quarter_car", "rattle", 4000),
+    ],
+)  # fmt: skip
+def test_rattle_in_lanes(name, method, steps):
+    """At any width and with any frames the same bits; those of `system.run` but for round-off."""
+    system, t_end, kept = varied(name)
+    step = t_end / steps
+    plan = plan_of(name, method=method, step=step, n=11)
+    parameters, starts, _ = members_of(plan)
+    wide, single = (
+        LaneBatch(plan.system, replace(plan.settings, lanes=lanes)).run(parameters, starts)
+        for lanes in (8, 1)
+    )
+    assert single.end.tobytes() == wide.end.tobytes()
+    assert single.columns.tobytes() == wide.columns.tobytes()
+    e = system.ensemble(t_end, n=11, seed=3, rtol=1e-7, method=method, step=step, frames=7, **kept)
+    assert not e.verdicts.singly.any()
+    assert np.array_equal([e[x][:, -1] for x in e.names], wide.end[:, : len(e.names)].T)
+    for k in (0, 10):
+        assert np.array_equal(e.member(k, e.t).states, np.array([e[x][k] for x in e.names]).T)
+        values = {place: {x: float(e.varied[x if place != "rate" else f"dot({x})"][k]) for x in given}
+                  for place, given in kept.items()}  # fmt: skip
+        run = system.run(t_end, rtol=1e-7, method=method, step=step, t_eval=e.t, **values)
+        assert np.allclose(run.states, np.array([e[x][k] for x in e.names]).T, rtol=1e-10, atol=1e-11)
+        assert e.verdicts.ok[k] == all(h.ok for h in run.health if h.check in JUDGED)
+
+
+def test_rattle_that_finds_no_end_fails_as_single_runs_do():
+    system, t_end, kept = varied("damped_spring_pendulum")
+    e = system.ensemble(t_end, n=3, seed=3, method="rattle", step=t_end / 200, **kept)
+    run = system.run(t_end, method="rattle", step=t_end / 200)
+    assert len(e.failed) == 3
+    assert "Newton" in run.message
+    assert (e.verdicts.status == at.NEWTON_FAILED).all()
 
 
 def test_frames_change_no_step():

@@ -7,12 +7,12 @@ import math
 import numpy as np
 
 from symgen.runtime.choose import SERIES
-from symgen.runtime.ensemble import radau
+from symgen.runtime.ensemble import radau, rattle
 from symgen.runtime.ensemble.arrays import Table, aligned
 from symgen.runtime.ensemble.events import N_BLOCKS, PLACES, SWITCHES
 from symgen.runtime.ensemble.intervals import Breaks, one_interval
 from symgen.runtime.ensemble.lanes import DRIVEN, N_INTERVAL
-from symgen.runtime.ensemble.machine import IMPLICIT, lane_kernel, lane_loop, lane_series
+from symgen.runtime.ensemble.machine import IMPLICIT, RATTLE, lane_kernel, lane_loop, lane_series
 from symgen.runtime.ensemble.slots import COLUMNS
 from symgen.runtime.events_in_code import ACTIONS
 from symgen.runtime.integrate import layout as at
@@ -172,7 +172,7 @@ class LaneBatch:
         n = system.nq + system.nv
         n_logged = settings.log_size and _EVENTS_LOGGED * bool(system.events and not system.switches)
         self.event_log = np.zeros((n_logged, plain_events.FIRST_STATE + 2 * n))
-        projects = bool(system.m or system.quaternions)
+        projects = bool(system.m or system.quaternions) and settings.method not in RATTLE
         n_project = n + system.nh + system.m if projects else 0
         names = {"rhs": "rhs", "energy": "energy"}
         names |= {"project": "project"} if projects else {}
@@ -182,6 +182,8 @@ class LaneBatch:
         n_record, n_k, n_newton = system.n_row, _N_STAGES * system.n_row, 0
         if settings.method in IMPLICIT:
             n_newton = self._prepare_newton()
+        if settings.method in RATTLE:
+            n_newton = self._prepare_rattle()
         if settings.method == SERIES:
             n_record, n_k = self._prepare_series(), N_ROWS * system.ny + 1
         self._n_record = n_record
@@ -251,6 +253,24 @@ class LaneBatch:
         give = radau.GIVE if system.dependent else 0.0
         self.table.set_numbers(stage_rtol=rtol, stage_atol=atol, newton_bound=bound, give=give)
         return radau.work_length(n_stages, system.nq, system.nv, system.m, system.ny)
+
+    def _prepare_rattle(self) -> int:
+        """Set what RATTLE needs; returns how many rows it works in."""
+        system, lanes = self.system, self.settings.lanes
+        method = find_method(self.settings.method).coefficients(system)
+        names = ["mass_matrix", "forces", *(["constraint_jacobian"] if system.m else [])]
+        kernels = {name: lane_kernel(system, name, lanes) for name in names}
+        if not method.constant_mass:
+            kernels["jacobian"] = lane_kernel(system, "residual_jacobian", lanes)
+        self.table.set_integers(
+            **kernels,
+            n_kept=len(rattle.STATE),
+            n_parts=len(method.steps),
+            constant_mass=int(method.constant_mass),
+        )
+        parts = np.column_stack([np.append(method.steps, 0.0), method.times])
+        self.table.set_arrays({"parts": np.ascontiguousarray(parts)})
+        return rattle.work_length(system.nq, system.nv, system.m, system.nh)
 
     def _prepare_series(self) -> int:
         """Set what Taylor series need; returns how many numbers of each member's first series are kept."""

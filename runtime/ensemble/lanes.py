@@ -111,7 +111,10 @@ class Lanes:
             self.p[place] = total.value
 
 
-CODE = ("rhs", "project", "energy", "residual", "setup", "series", "events", "jacobian")
+CODE = (
+    "rhs", "project", "energy", "residual", "setup", "series", "events", "jacobian", "mass_matrix", "forces",
+    "constraint_jacobian",
+)  # fmt: skip
 _ROWS = (
     "y", "y_new", "y_stage", "k", "p", "projected", "energies", "residuals", "dense", "numbers", "carry", "slope",
     "k_other", "lost", "watched", "y_before", "newton", "interval",
@@ -132,6 +135,7 @@ _PLAIN = (
     "intervals",
     "widths",
     "lowest",
+    "parts",
 )
 _INTEGERS = (
     "quaternions", "member_of_lane", "frame_of_lane", "actions", "first_interval", "interval_of_lane", "driven",

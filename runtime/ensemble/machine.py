@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from symgen.runtime.code import engine
-from symgen.runtime.ensemble import dop853, radau, runge_kutta, taylor, verlet
+from symgen.runtime.ensemble import dop853, radau, rattle, runge_kutta, taylor, verlet
 from symgen.runtime.ensemble.lanes import (
     BEGIN,
     MAP,
@@ -37,12 +37,15 @@ _READ = (
     "explicit/dop853.py",
     "explicit/tableau.py",
     "jacobian.py",
+    "linear.py",
     "newton.py",
     "radau/coefficients.py",
     "radau/loop.py",
     "radau/newton.py",
+    "rattle/step.py",
     "taylor.py",
     "projection.py",
+    "quaternions.py",
     "step_control.py",
 )  # by the loops
 _PROTOTYPE = ctypes.CFUNCTYPE(None, ctypes.c_void_p)  # it lets other threads run
@@ -57,23 +60,27 @@ class LaneLoop:
     _code: Any
 
 
+RATTLE = ("rattle", "rattle4", "rattle6")
 # What a method begins with, and one step.
 METHODS = {
     "dop853": (dop853.begin, dop853.attempt),
     "taylor": (taylor.begin, taylor.attempt),
     "rk4": (runge_kutta.begin, runge_kutta.attempt_of(rk4)),
     "verlet": (runge_kutta.begin, verlet.attempt),
+    **dict.fromkeys(RATTLE, (runge_kutta.begin, rattle.attempt)),
     **{f"radau{2 * n - 1}": (radau.begin_of(n), radau.attempt_of(n)) for n in NODES},
 }
 IN_LANES = tuple(METHODS)
 IMPLICIT = tuple(name for name in IN_LANES if name.startswith("radau"))
-ON_DEVICES = tuple(name for name in IN_LANES if name not in IMPLICIT)
+MAY_LEAVE = (*IMPLICIT, *RATTLE)  # where factors cannot be trusted, members leave lanes
+ON_DEVICES = tuple(name for name in IN_LANES if name not in MAY_LEAVE)
 OVER_EVENTS = ("dop853", "taylor", *IMPLICIT)
 
 
 @functools.lru_cache(maxsize=16)
 def lane_loop(method: str, lanes: int) -> LaneLoop:
     """Return the loop of a method for so many lanes, compiled on first use on this machine."""
+    method = RATTLE[0] if method in RATTLE else method  # compositions of it are numbers
     key = engine.cache_key(f"lanes {method} {lanes} {_generator()}")
     code = engine.MachineCode()
     content = engine.object_code(

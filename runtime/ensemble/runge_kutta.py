@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from symgen.runtime.ensemble.breaks import follow
+from symgen.runtime.ensemble.breaks import Followed, follow
 from symgen.runtime.ensemble.lanes import Lanes, commit, copy_rows, evaluate_start, reach, write_frames
 from symgen.runtime.ensemble.writer import Rows, Value
 from symgen.runtime.integrate.explicit.tableau import ErkTableau
@@ -29,12 +29,12 @@ def grid_step(lanes: Lanes) -> tuple[Value, Value, Value]:
     return t, t1, code.select(cut, t1 - t, step)
 
 
-def pass_grid(lanes: Lanes, accepted: Value, t1: Value, derive: Callable[[Value], None]) -> Value:
+def pass_grid(lanes: Lanes, accepted: Value, t1: Value, derive: Callable[[Value], None]) -> Followed:
     """Count steps that end on the grid, and let lanes enter the next interval; returns where they go on."""
     code = lanes.code
     following = code.as_kind(lanes.t_start, "lanes") + lanes.own("h") * (lanes.own("grid") + 1.0)
     lanes.count("grid", accepted & (t1 >= following - lanes.own("h") * 1e-9))
-    return follow(lanes, accepted, t1, derive).t
+    return follow(lanes, accepted, t1, derive)
 
 
 def attempt_of(tableau: Callable[[], ErkTableau]) -> Callable[[Lanes, Value], Value]:
@@ -63,7 +63,7 @@ def _attempt(lanes: Lanes, active: Value, method: ErkTableau) -> Value:
         lambda: cubic_dense(lanes, h, rows[0], rows[n]),
         lambda at, out: cubic_at(lanes, at, out),
     )
-    following = pass_grid(lanes, end.accepted, t1, lambda at: lanes.call("rhs", at, lanes.y_new, rows[n]))
+    following = pass_grid(lanes, end.accepted, t1, lambda at: lanes.call("rhs", at, lanes.y_new, rows[n])).t
     copy_rows(lanes, rows[n], rows[0], lanes.ny, end.accepted)
     return commit(lanes, active, end, following, h, active & ~end.accepted)
 
