@@ -167,7 +167,7 @@ class LaneBatch:
     def __init__(self, system: System, settings: BatchSettings) -> None:
         self.system, self.settings = system, settings
         lanes = settings.lanes
-        self._loop = lane_loop(settings.method, lanes)
+        self._loop = lane_loop(settings.method, lanes, with_quaternions=bool(system.quaternions))
         self.table = table = Table()
         n = system.nq + system.nv
         n_logged = settings.log_size and _EVENTS_LOGGED * bool(system.events and not system.switches)

@@ -35,6 +35,7 @@ class Lanes:
     code: Code
     _known: dict[str, Value | Rows] = field(default_factory=dict)
     with_breaks: bool = True  # else there is one interval, and inputs are constant
+    with_quaternions: bool = True  # else what `rotations` would write for them is left out
 
     def read(self, *names: str) -> None:
         """Read slots of the table, here."""

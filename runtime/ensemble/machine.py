@@ -15,12 +15,14 @@ from symgen.runtime.ensemble.lanes import (
     BEGIN,
     MAP,
     RUN,
+    Lanes,
     function_begin,
     function_load,
     function_map,
     function_run,
     function_store,
 )
+from symgen.runtime.ensemble.writer import Value
 from symgen.runtime.errors import Refusal
 from symgen.runtime.integrate.methods.runge_kutta import rk4
 from symgen.runtime.integrate.radau.coefficients import NODES
@@ -78,13 +80,21 @@ OVER_EVENTS = ("dop853", "taylor", *IMPLICIT)
 
 
 @functools.lru_cache(maxsize=16)
-def lane_loop(method: str, lanes: int) -> LaneLoop:
-    """Return the loop of a method for so many lanes, compiled on first use on this machine."""
+def lane_loop(method: str, lanes: int, *, with_quaternions: bool = True) -> LaneLoop:
+    """Return the loop of a method for so many lanes, compiled on first use on this machine.
+
+    Of methods whose steps are long without quaternions, there is one that leaves these out.
+    """
+    with_quaternions = with_quaternions or method not in MAY_LEAVE
     method = RATTLE[0] if method in RATTLE else method  # compositions of it are numbers
-    key = engine.cache_key(f"lanes {method} {lanes} {_generator()}")
+    key = engine.cache_key(f"lanes {method} {lanes} {with_quaternions} {_generator()}")
     code = engine.MachineCode()
     content = engine.object_code(
-        key, f"lanes of {method}", RUN, lambda _: (loop_ir(method, lanes), 0), loops=True
+        key,
+        f"lanes of {method}",
+        RUN,
+        lambda _: (loop_ir(method, lanes, with_quaternions=with_quaternions), 0),
+        loops=True,
     )
     run = code.add(content, RUN)
     return LaneLoop(_PROTOTYPE(code.address(BEGIN)), _PROTOTYPE(run), code)
@@ -103,11 +113,16 @@ def lane_map(lanes: int) -> tuple[Callable[[int], None], Any]:
     return _PROTOTYPE(code.add(engine.object_code(key, "map of lanes", MAP, lower, loops=True), MAP)), code
 
 
-def loop_ir(method: str, lanes: int) -> str:
+def loop_ir(method: str, lanes: int, *, with_quaternions: bool) -> str:
     """Return the LLVM IR of the loop of a method."""
     begin, attempt = METHODS[method]
+
+    def attempt_one(lanes: Lanes, active: Value) -> Value:
+        lanes.with_quaternions = with_quaternions
+        return attempt(lanes, active)
+
     functions = [
-        function_load(lanes), function_store(lanes), function_begin(lanes, begin), function_run(lanes, attempt)
+        function_load(lanes), function_store(lanes), function_begin(lanes, begin), function_run(lanes, attempt_one)
     ]  # fmt: skip
     declared = sorted({line for function in functions for line in function.declared})
     return "\n".join([*declared, *(function.text() for function in functions)])

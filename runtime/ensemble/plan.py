@@ -498,8 +498,6 @@ def _settings(
 
 def _not_implicit(system: System, method: Any) -> str:
     """Return why an implicit method cannot run in lanes; an empty string where it can."""
-    if system.quaternions:
-        return f"method {method.name} over quaternions is for single runs"
     if suited_to_size(method, system) is not method:
         return f"method {method.name} with sparse matrices is for single runs"
     return ""

@@ -208,16 +208,16 @@ def _compose(lanes: Lanes, where: Value, h: Value, purpose: int, w: _Work) -> Va
     w.set_own("length", h)
     w.set_own("went", code.select(where, code.all_lanes(1.0), code.all_lanes(0.0)))
     w.set_own("undetermined", 0.0)
-    function = _function_compose(code.lanes)
+    function = _function_compose(code.lanes, with_quaternions=lanes.with_quaternions)
     code.declared |= {function.text(), *function.declared}
     code.call(_COMPOSE, code.integer(purpose))
     return w.own("went") > 0.5
 
 
-def _function_compose(lanes_wide: int) -> Code:
+def _function_compose(lanes_wide: int, *, with_quaternions: bool) -> Code:
     """Return `rattle(table, purpose)`, as `rattle.loop.compose`: a function, as it is long and called twice."""
     code = Code(_COMPOSE, lanes_wide, ("purpose",))
-    lanes = Lanes(code)
+    lanes = Lanes(code, with_quaternions=with_quaternions)
     lanes.read(*ALL)
     w, n, purpose = _Work(lanes), lanes.n, code.argument("purpose")
     y = Rows(code, code.select(code.equal(purpose, _STEP), lanes.y_new.address, lanes.y_stage.address))

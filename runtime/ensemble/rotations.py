@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from symgen.runtime.ensemble import dense_lu
 from symgen.runtime.ensemble.lanes import Lanes
 from symgen.runtime.ensemble.writer import INTEGER, Rows, Value
 from symgen.runtime.integrate.quaternions import _SMALL
 
 Vector = tuple[Value, Value, Value]
+Number = tuple[Value, ...]  # a real one, or real and imaginary part, as in `dense_lu`
 
 
 def each_position(
@@ -24,6 +26,10 @@ def each_position(
         `turn(i, j)` writes the same for the quaternion that begins at `i`, whose rates begin at `j`.
     """
     code = lanes.code
+    if not lanes.with_quaternions:
+        with code.each(lanes.nq) as i:
+            shift(i, i)
+        return
     start = code.variable(0, INTEGER)
 
     def shift_to(end: Value, number: Value) -> None:
@@ -40,6 +46,8 @@ def each_position(
 
 def each_quaternion(lanes: Lanes, turn: Callable[[Value, Value], None]) -> None:
     """Go through the quaternions alone."""
+    if not lanes.with_quaternions:
+        return
     with lanes.code.each(lanes.n_quaternions) as number:
         first = lanes.quaternions[number]
         turn(first, first - number)
@@ -143,3 +151,29 @@ def chart_variation(turn: Vector, change: Vector) -> Vector:
     return tuple(
         x - second.value * u + third.value * v for x, u, v in zip(change, first, twice, strict=True)
     )  # fmt: skip
+
+
+def solve_rotation(g: Number, omega: Vector, right: tuple[Number, ...]) -> tuple[Number, ...]:
+    """Return s of g s + ω×s / 2 = `right`, as `quaternions.solve_rotation`; real or complex."""
+    half = tuple(part * 0.5 for part in omega)
+    inverse = dense_lu.inverse(g)
+    below = dense_lu.inverse(_sum(dense_lu.times(g, g), (dot(half, half),)))
+    along = dense_lu.times(_combined(half, right), inverse)
+    solution = []
+    for k in range(3):
+        after, last = (k + 1) % 3, (k + 2) % 3
+        turned = _combined((half[last], -half[after], half[k]), (right[after], right[last], along))
+        solution.append(dense_lu.times(_sum(dense_lu.times(g, right[k]), turned), below))
+    return tuple(solution)
+
+
+def _combined(weights: Vector, numbers: tuple[Number, ...]) -> Number:
+    """Return the sum of numbers, each times a real weight."""
+    return tuple(
+        weights[0] * a + weights[1] * b + weights[2] * c for a, b, c in zip(*numbers, strict=True)
+    )  # fmt: skip
+
+
+def _sum(a: Number, b: Number) -> Number:
+    """Return a + b, of which `b` may be real."""
+    return a[0] + b[0], *((x + y for x, y in zip(a[1:], b[1:], strict=True)) if len(b) > 1 else a[1:])
