@@ -66,6 +66,8 @@ class BatchSettings:
     lanes : int
     log_size : int
         Of the log of steps, which one lane alone keeps.
+    series : System, optional
+        Of which series are taken: the model with inputs over time.
     breaks : Breaks, optional
         Where steps have to end, and inputs over time; without them nothing stops members, and inputs are constant.
     """
@@ -85,6 +87,7 @@ class BatchSettings:
     lanes: int = LANES
     log_size: int = 0
     order: int = 0
+    series: System | None = None
     breaks: Breaks | None = None
 
 
@@ -275,7 +278,7 @@ class LaneBatch:
     def _prepare_series(self) -> int:
         """Set what Taylor series need; returns how many numbers of each member's first series are kept."""
         system, settings = self.system, self.settings
-        address, costs = lane_series(system, settings.lanes)
+        address, costs = lane_series(settings.series or system, settings.lanes)
         order = settings.order or order_of(costs, settings.rtol)
         has_tail = system.ny - system.nq > 1
         left_out = max(settings.rtol, 1e-17) * (1.0 if settings.rtol > ROUND_OFF_RTOL else 1e-3)
