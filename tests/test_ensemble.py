@@ -20,6 +20,7 @@ from symgen.runtime.ensemble.sampling import read_variation
 from symgen.runtime.ensemble.work import _prepared
 from symgen.runtime.errors import RuntimeModelError, UnknownNameError
 from symgen.runtime.front import load
+from symgen.runtime.inputs import Table
 from symgen.runtime.integrate import layout as at
 
 GENERATED = Path(__file__).parents[1] / "generated"
@@ -727,3 +728,41 @@ def test_what_is_kept_goes_to_files(tmp_path):
     table = parquet.read_table(tmp_path / "runs.parquet")
     assert table.num_rows == 7
     assert np.array_equal(np.array(table["theta1"].to_pylist()), e["theta1"])
+
+
+# A model for each row of the table in docs/ensembles.md, what varies, and inputs; a method of each column.
+FEATURES = {
+    "constraints": ("slider_crank", "r", {}),
+    "constraints that follow from others": ("bricard", "g", {}),
+    "quaternions": ("heavy_top_absolute", "g", {}),
+    "what time alone does, and its jumps": ("quarter_car", "bump", {}),
+    "inputs over time: tables, functions, noise": ("cart_pole", "g", {"F": Table([0.0, 1.0], [0.0, 5.0])}),
+    "events that reset, record or end motion without constraints and quaternions": ("bouncing_ball", "g", {}),
+    "stops, dry friction of a given size along lines": ("stick_slip", "mu", {}),
+}
+COLUMNS_OF_DOCS = ("dop853", "taylor", "radau5", "rk4", "rattle")
+
+
+@pytest.mark.parametrize("feature", FEATURES)
+def test_what_the_page_says_of_lanes_is_so(feature):
+    page = (Path(__file__).parents[1] / "docs" / "ensembles.md").read_text()
+    rows = [
+        [cell.strip() for cell in line.split("|")[1:-1]]
+        for line in page.splitlines()
+        if line.startswith("| ")
+    ]
+    said = {row[0]: [cell != "no" for cell in row[1:]] for row in rows}[feature]
+    name, parameter, inputs = FEATURES[feature]
+    system = system_of(name)
+    value = next(r["value"] for r in system.parameters if r["name"] == parameter)
+    for method, runs in zip(COLUMNS_OF_DOCS, said, strict=True):
+        options = EnsembleOptions(
+            t_end=0.1, n=2, method=method, step=1e-3 if method in ("rk4", "rattle") else None, inputs=inputs,
+            parameters={parameter: uniform(0.99 * value, 1.01 * value)},
+        )  # fmt: skip
+        try:
+            plan = make_plan(system, options)
+        except RuntimeModelError as refused:
+            assert not runs, refused
+            continue
+        assert (plan.settings is not None) == runs, (method, plan.notes)
