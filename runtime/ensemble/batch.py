@@ -12,7 +12,7 @@ from symgen.runtime.ensemble.arrays import Table, aligned
 from symgen.runtime.ensemble.events import N_BLOCKS, PLACES, SWITCHES
 from symgen.runtime.ensemble.intervals import Breaks, one_interval
 from symgen.runtime.ensemble.lanes import DRIVEN, N_INTERVAL
-from symgen.runtime.ensemble.machine import IMPLICIT, RATTLE, lane_kernel, lane_loop, lane_series
+from symgen.runtime.ensemble.machine import COMPOSED, IMPLICIT, RATTLE, lane_kernel, lane_loop, lane_series
 from symgen.runtime.ensemble.slots import COLUMNS
 from symgen.runtime.events_in_code import ACTIONS
 from symgen.runtime.integrate import layout as at
@@ -187,6 +187,8 @@ class LaneBatch:
             n_newton = self._prepare_newton()
         if settings.method in RATTLE:
             n_newton = self._prepare_rattle()
+        if settings.method in COMPOSED:
+            n_newton = self._prepare_composition()
         if settings.method == SERIES:
             n_record, n_k = self._prepare_series(), N_ROWS * system.ny + 1
         self._n_record = n_record
@@ -268,12 +270,23 @@ class LaneBatch:
         self.table.set_integers(
             **kernels,
             n_kept=len(rattle.STATE),
-            n_parts=len(method.steps),
             constant_mass=int(method.constant_mass),
         )
-        parts = np.column_stack([np.append(method.steps, 0.0), method.times])
-        self.table.set_arrays({"parts": np.ascontiguousarray(parts)})
+        self._set_parts(np.append(method.steps, 0.0), method.times)
         return rattle.work_length(system.nq, system.nv, system.m, system.nh)
+
+    def _prepare_composition(self) -> int:
+        """Set what compositions of Verlet steps need; returns how many rows they work in."""
+        method, ny = find_method(self.settings.method).coefficients(self.system), self.system.ny
+        self.table.set_integers(n_kept=ny)
+        self._set_parts(np.append(method.drifts, 0.0), method.kicks, method.times)
+        return ny
+
+    def _set_parts(self, *columns: np.ndarray) -> None:
+        """Set the numbers of each step of a composition, and of what is behind the last one."""
+        parts = np.ascontiguousarray(np.column_stack(columns))
+        self.table.set_integers(n_parts=len(parts) - 1)
+        self.table.set_arrays({"parts": parts})
 
     def _prepare_series(self) -> int:
         """Set what Taylor series need; returns how many numbers of each member's first series are kept."""

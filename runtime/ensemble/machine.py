@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from symgen.runtime.code import engine
-from symgen.runtime.ensemble import dop853, radau, rattle, runge_kutta, taylor, verlet
+from symgen.runtime.ensemble import composition, dop853, radau, rattle, runge_kutta, taylor, verlet
 from symgen.runtime.ensemble.lanes import (
     BEGIN,
     MAP,
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 modules = Late("symgen.runtime.code.modules")
 
 _READ = (
+    "composition.py",
     "explicit/dop853.py",
     "explicit/tableau.py",
     "jacobian.py",
@@ -63,19 +64,22 @@ class LaneLoop:
 
 
 RATTLE = ("rattle", "rattle4", "rattle6")
+COMPOSED = ("verlet4", "verlet6", "verlet8")
+_LOOP_OF = {name: family[0] for family in (RATTLE, COMPOSED) for name in family}  # their orders are numbers
 # What a method begins with, and one step.
 METHODS = {
     "dop853": (dop853.begin, dop853.attempt),
     "taylor": (taylor.begin, taylor.attempt),
     "rk4": (runge_kutta.begin, runge_kutta.attempt_of(rk4)),
     "verlet": (runge_kutta.begin, verlet.attempt),
+    **dict.fromkeys(COMPOSED, (runge_kutta.begin, composition.attempt)),
     **dict.fromkeys(RATTLE, (runge_kutta.begin, rattle.attempt)),
     **{f"radau{2 * n - 1}": (radau.begin_of(n), radau.attempt_of(n)) for n in NODES},
 }
 IN_LANES = tuple(METHODS)
 IMPLICIT = tuple(name for name in IN_LANES if name.startswith("radau"))
 MAY_LEAVE = (*IMPLICIT, *RATTLE)  # where factors cannot be trusted, members leave lanes
-ON_DEVICES = tuple(name for name in IN_LANES if name not in MAY_LEAVE)
+ON_DEVICES = tuple(name for name in IN_LANES if name not in (*MAY_LEAVE, *COMPOSED))
 OVER_EVENTS = ("dop853", "taylor", *IMPLICIT)
 
 
@@ -86,7 +90,7 @@ def lane_loop(method: str, lanes: int, *, with_quaternions: bool = True) -> Lane
     Of methods whose steps are long without quaternions, there is one that leaves these out.
     """
     with_quaternions = with_quaternions or method not in MAY_LEAVE
-    method = RATTLE[0] if method in RATTLE else method  # compositions of it are numbers
+    method = _LOOP_OF.get(method, method)
     key = engine.cache_key(f"lanes {method} {lanes} {with_quaternions} {_generator()}")
     code = engine.MachineCode()
     content = engine.object_code(

@@ -16,6 +16,7 @@ from symgen.runtime.ensemble import dense_lu
 from symgen.runtime.ensemble.bits import cube_root, power
 from symgen.runtime.ensemble.breaks import follow
 from symgen.runtime.ensemble.dense_lu import Complex, Real
+from symgen.runtime.ensemble.dense_output import dense_rows, nested_at
 from symgen.runtime.ensemble.events import act_on_events, arm, find_events
 from symgen.runtime.ensemble.first_step import choose_anew, first_step
 from symgen.runtime.ensemble.lanes import (
@@ -219,7 +220,7 @@ def _attempt(lanes: Lanes, active: Value, method: RadauIIA) -> Value:
     _choose_step(lanes, n_stages, active, end.accepted, solved, error, s, w)
     infinite = end.infinite | (active & (solved.infinite | (solved.converged & ~code.finite(error))))
     _make_dense(lanes, method, end.accepted, w)
-    states_at = partial(_at, lanes, n_stages)
+    states_at = partial(nested_at, lanes, n_stages + 1)
     stopped = find_events(lanes, end.accepted, t, t1, _nothing, states_at)
     write_frames(lanes, stopped.accepted, t, stopped.t, _nothing, states_at, whole=h)
 
@@ -396,7 +397,7 @@ def _predict(lanes: Lanes, method: RadauIIA, s: _Step, w: _Work) -> None:
     code, nq, n_stages = lanes.code, lanes.nq, len(method.c)
     known = w.own("history") > 0.5
     ratio = code.select(known, s.h / w.own("h_last"), code.all_lanes(0.0))
-    dense = [lanes.dense.behind(lanes.ny * r) for r in range(n_stages + 1)]
+    dense = dense_rows(lanes, n_stages + 1)
     theta = [code.fused(ratio, float(c), 1.0) for c in method.c]
     with code.each(lanes.n, nq) as i:
         for place, stage in zip(theta, w.stages, strict=True):
@@ -816,7 +817,7 @@ def _forget(lanes: Lanes, where: Value, w: _Work) -> None:
 def _make_dense(lanes: Lanes, method: RadauIIA, accepted: Value, w: _Work) -> None:
     """Write the collocation polynomial of accepted steps, as `stages.radau_dense`."""
     code, ny = lanes.code, lanes.ny
-    dense = [lanes.dense.behind(ny * r) for r in range(len(method.c) + 1)]
+    dense = dense_rows(lanes, len(method.c) + 1)
     each_quaternion(lanes, lambda i, _: _turns_to_increments(lanes, i, w))
     with code.each(ny) as i:
         moved = [stage[i] for stage in w.stages]
@@ -830,14 +831,3 @@ def _turns_to_increments(lanes: Lanes, i: Value, w: _Work) -> None:
     q = parts(lanes.y, i, 4)
     for stage in w.stages:
         put(stage, i, tuple(a - b for a, b in zip(rotated(q, parts(stage, i)), q, strict=True)))
-
-
-def _at(lanes: Lanes, n_stages: int, theta: Value, out: Rows) -> None:
-    """Write the states at places of the step, as `dense.evaluate_dense`."""
-    code, other = lanes.code, 1.0 - theta
-    dense = [lanes.dense.behind(lanes.ny * r) for r in range(n_stages + 1)]
-    with code.each(lanes.ny) as i:
-        total = dense[n_stages][i]
-        for r in range(n_stages - 1, -1, -1):
-            total = code.fused(total, theta if r % 2 == 0 else other, dense[r][i])
-        out[i] = total

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from symgen.runtime.ensemble.dense_output import cubic_dense, nested_at
 from symgen.runtime.ensemble.lanes import Lanes, commit, copy_rows, reach, write_frames
 from symgen.runtime.ensemble.rotations import retract
-from symgen.runtime.ensemble.runge_kutta import cubic_at, cubic_dense, grid_step, pass_grid
+from symgen.runtime.ensemble.runge_kutta import grid_step, pass_grid
 from symgen.runtime.ensemble.writer import Value
 
 
@@ -34,7 +35,7 @@ def attempt(lanes: Lanes, active: Value) -> Value:
         new[i] = code.fused(half, before[i] + after[i], y[i])
     write_frames(
         lanes, end.accepted, t, t1, lambda: cubic_dense(lanes, h, before, after),
-        lambda theta, out: cubic_at(lanes, theta, out),
+        lambda theta, out: nested_at(lanes, 4, theta, out),
     )  # fmt: skip
     following = pass_grid(lanes, end.accepted, t1, lambda at: lanes.call("rhs", at, new, after)).t
     copy_rows(lanes, after, before, lanes.ny, end.accepted)
