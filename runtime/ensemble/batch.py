@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from symgen.runtime.choose import SERIES
-from symgen.runtime.ensemble import radau, rattle
+from symgen.runtime.ensemble import radau
 from symgen.runtime.ensemble.arrays import Table, aligned
 from symgen.runtime.ensemble.events import N_BLOCKS, PLACES, SWITCHES
 from symgen.runtime.ensemble.intervals import Breaks, one_interval
@@ -28,11 +28,14 @@ from symgen.runtime.integrate.taylor import (
     SHARE,
     SHARE_WITH_TAIL,
 )
+from symgen.runtime.lazy import Late
 from symgen.runtime.loop_arrays import DIRECTIONS
 from symgen.runtime.record import record
 from symgen.runtime.step_costs import order_of
 from symgen.runtime.system import System
 from symgen.runtime.taylor.kernel import N_ROWS
+
+rattle = Late("symgen.runtime.ensemble.rattle")
 
 LANES = 8  # right for AVX-512, and within 13 % of the best elsewhere
 _SHORTEST_STEP = 1e-150  # [s]: squares of the steps must not underflow

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from symgen.runtime.code import engine
-from symgen.runtime.ensemble import composition, dop853, radau, rattle, runge_kutta, taylor, verlet
+from symgen.runtime.ensemble import dop853, radau, runge_kutta, taylor, verlet
 from symgen.runtime.ensemble.lanes import (
     BEGIN,
     MAP,
@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from symgen.runtime.system import System
 
 modules = Late("symgen.runtime.code.modules")
+composition = Late("symgen.runtime.ensemble.composition")
+rattle = Late("symgen.runtime.ensemble.rattle")
 
 _READ = (
     "composition.py",
@@ -72,8 +74,8 @@ METHODS = {
     "taylor": (taylor.begin, taylor.attempt),
     "rk4": (runge_kutta.begin, runge_kutta.attempt_of(rk4)),
     "verlet": (runge_kutta.begin, verlet.attempt),
-    **dict.fromkeys(COMPOSED, (runge_kutta.begin, composition.attempt)),
-    **dict.fromkeys(RATTLE, (runge_kutta.begin, rattle.attempt)),
+    **dict.fromkeys(COMPOSED, (runge_kutta.begin, lambda lanes, active: composition.attempt(lanes, active))),
+    **dict.fromkeys(RATTLE, (runge_kutta.begin, lambda lanes, active: rattle.attempt(lanes, active))),
     **{f"radau{2 * n - 1}": (radau.begin_of(n), radau.attempt_of(n)) for n in NODES},
 }
 IN_LANES = tuple(METHODS)
