@@ -33,6 +33,7 @@ x = "F"
 [inputs]
 F = { unit = "N" }
 """
+UNDAMPED = OSCILLATOR.replace('dissipation = "c/2*dot(x)^2"', "")
 OWN = OSCILLATOR.replace(
     'F = { unit = "N" }', 'F = { unit = "N", table = [[0, 1, 2], [0, 5, 0]], kind = "linear" }'
 )
@@ -89,7 +90,7 @@ def test_noise_is_a_members_own(model):
     assert system.ensemble(1.0, n=4, **{**asked, "seed": 4})["x"][0] != e["x"][0]
 
 
-@pytest.mark.parametrize("method", ["dop853", "radau5", "rk4", "verlet"])
+@pytest.mark.parametrize("method", ["dop853", "taylor", "radau5", "rk4", "verlet"])
 @pytest.mark.parametrize("kind", ["hold", "linear", "cubic"])
 def test_lanes_with_inputs_do_not_change_members(model, method, kind):
     """Each has tables of its own; steps end where their pieces do."""
@@ -126,6 +127,42 @@ def test_lanes_with_inputs_do_not_change_members(model, method, kind):
         ]
         expected = (np.array(value) - 0.8 * e["dot(x)"][k] - float(e["k"][k]) * e["x"][k]) / 2.0
         assert np.allclose(e["dot(dot(x))"][k], expected, atol=1e-9)
+
+
+def test_series_that_begin_at_rest_are_exact(model):
+    """With no rates yet to tell tolerances by, at the start and behind the piece that is zero; `auto` may choose it."""
+    system, slow = model("OSCILLATOR"), {"m": np.linspace(2.0, 20.0, 64)}
+    for table in (Table([0.0, 1.0, 2.0], [0.0, 5.0, 0.0]), Table([0.0, 0.9, 2.0], [0.0, 0.0, 5.0])):
+        chosen = system.ensemble(2.0, inputs={"F": table}, parameters=slow, rtol=1e-12, keep=None)
+        assert chosen.method == "taylor", chosen.notes
+        e = system.ensemble(2.0, inputs={"F": table}, parameters=slow, method="taylor", rtol=1e-8)
+        assert not e.verdicts.singly.any()
+        assert e.verdicts.energy_error.max() < 1e-8
+        for k in (0, 31, 63):
+            given = {"inputs": {"F": table}, "parameters": {"m": float(slow["m"][k])}}
+            run = system.run(2.0, method="dop853", rtol=1e-13, atol=1e-15, **given)
+            assert abs(run["x"][-1] - e["x"][k]) < 1e-11
+
+
+@pytest.mark.parametrize(("method", "near"), [("verlet4", 1e-9), ("verlet8", 1e-13), ("rattle4", 1e-9)])
+def test_compositions_with_inputs(model, method, near):
+    """With work, frames between steps, and a bend of the table that no step of the grid ends on."""
+    system, step = model("UNDAMPED"), 1 / 173
+    force, times = {"F": Table([0.0, 0.313, 1.0], [0.0, 3.0, -1.0])}, np.array([0.0, 0.1, 0.313, 0.77, 1.0])
+    asked = {"n": 11, "seed": 2, "parameters": {"k": uniform(40, 60)}, "inputs": force, "method": method}
+    e = system.ensemble(1.0, step=step, frames=times, **asked)
+    ends = system.ensemble(1.0, step=step, **asked)
+    assert not e.verdicts.singly.any(), e.notes
+    assert np.array_equal(ends["x"], e["x"][:, -1])
+    assert e.verdicts.energy_error.max() < 1e-8
+    for k in (0, 10):
+        again = e.member(k, times)
+        assert np.array_equal(again.states, np.array([e["x"][k], e["dot(x)"][k]]).T)
+        given = {"parameters": {"k": float(e["k"][k])}, "inputs": force, "t_eval": times}
+        run = system.run(1.0, method=method, step=step, **given)
+        exact = system.run(1.0, method="dop853", rtol=1e-13, atol=1e-15, **given)
+        assert np.abs(run.states - again.states).max() < 1e-14
+        assert np.abs(exact["x"] - e["x"][k]).max() < near
 
 
 def test_members_are_at_times_of_their_own(model):

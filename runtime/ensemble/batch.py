@@ -12,7 +12,7 @@ from symgen.runtime.ensemble.arrays import Table, aligned
 from symgen.runtime.ensemble.events import N_BLOCKS, PLACES, SWITCHES
 from symgen.runtime.ensemble.intervals import Breaks, one_interval
 from symgen.runtime.ensemble.lanes import DRIVEN, N_INTERVAL
-from symgen.runtime.ensemble.machine import IMPLICIT, lane_kernel, lane_loop, lane_series
+from symgen.runtime.ensemble.machine import COMPOSED, IMPLICIT, RATTLE, lane_kernel, lane_loop, lane_series
 from symgen.runtime.ensemble.slots import COLUMNS
 from symgen.runtime.events_in_code import ACTIONS
 from symgen.runtime.integrate import layout as at
@@ -28,11 +28,14 @@ from symgen.runtime.integrate.taylor import (
     SHARE,
     SHARE_WITH_TAIL,
 )
+from symgen.runtime.lazy import Late
 from symgen.runtime.loop_arrays import DIRECTIONS
 from symgen.runtime.record import record
 from symgen.runtime.step_costs import order_of
 from symgen.runtime.system import System
 from symgen.runtime.taylor.kernel import N_ROWS
+
+rattle = Late("symgen.runtime.ensemble.rattle")
 
 LANES = 8  # right for AVX-512, and within 13 % of the best elsewhere
 _SHORTEST_STEP = 1e-150  # [s]: squares of the steps must not underflow
@@ -66,6 +69,8 @@ class BatchSettings:
     lanes : int
     log_size : int
         Of the log of steps, which one lane alone keeps.
+    series : System, optional
+        Of which series are taken: the model with inputs over time.
     breaks : Breaks, optional
         Where steps have to end, and inputs over time; without them nothing stops members, and inputs are constant.
     """
@@ -85,6 +90,7 @@ class BatchSettings:
     lanes: int = LANES
     log_size: int = 0
     order: int = 0
+    series: System | None = None
     breaks: Breaks | None = None
 
 
@@ -167,12 +173,12 @@ class LaneBatch:
     def __init__(self, system: System, settings: BatchSettings) -> None:
         self.system, self.settings = system, settings
         lanes = settings.lanes
-        self._loop = lane_loop(settings.method, lanes)
+        self._loop = lane_loop(settings.method, lanes, with_quaternions=bool(system.quaternions))
         self.table = table = Table()
         n = system.nq + system.nv
         n_logged = settings.log_size and _EVENTS_LOGGED * bool(system.events and not system.switches)
         self.event_log = np.zeros((n_logged, plain_events.FIRST_STATE + 2 * n))
-        projects = bool(system.m or system.quaternions)
+        projects = bool(system.m or system.quaternions) and settings.method not in RATTLE
         n_project = n + system.nh + system.m if projects else 0
         names = {"rhs": "rhs", "energy": "energy"}
         names |= {"project": "project"} if projects else {}
@@ -182,6 +188,10 @@ class LaneBatch:
         n_record, n_k, n_newton = system.n_row, _N_STAGES * system.n_row, 0
         if settings.method in IMPLICIT:
             n_newton = self._prepare_newton()
+        if settings.method in RATTLE:
+            n_newton = self._prepare_rattle()
+        if settings.method in COMPOSED:
+            n_newton = self._prepare_composition()
         if settings.method == SERIES:
             n_record, n_k = self._prepare_series(), N_ROWS * system.ny + 1
         self._n_record = n_record
@@ -252,10 +262,39 @@ class LaneBatch:
         self.table.set_numbers(stage_rtol=rtol, stage_atol=atol, newton_bound=bound, give=give)
         return radau.work_length(n_stages, system.nq, system.nv, system.m, system.ny)
 
+    def _prepare_rattle(self) -> int:
+        """Set what RATTLE needs; returns how many rows it works in."""
+        system, lanes = self.system, self.settings.lanes
+        method = find_method(self.settings.method).coefficients(system)
+        names = ["mass_matrix", "forces", *(["constraint_jacobian"] if system.m else [])]
+        kernels = {name: lane_kernel(system, name, lanes) for name in names}
+        if not method.constant_mass:
+            kernels["jacobian"] = lane_kernel(system, "residual_jacobian", lanes)
+        self.table.set_integers(
+            **kernels,
+            n_kept=len(rattle.STATE),
+            constant_mass=int(method.constant_mass),
+        )
+        self._set_parts(np.append(method.steps, 0.0), method.times)
+        return rattle.work_length(system.nq, system.nv, system.m, system.nh)
+
+    def _prepare_composition(self) -> int:
+        """Set what compositions of Verlet steps need; returns how many rows they work in."""
+        method, ny = find_method(self.settings.method).coefficients(self.system), self.system.ny
+        self.table.set_integers(n_kept=ny)
+        self._set_parts(np.append(method.drifts, 0.0), method.kicks, method.times)
+        return ny
+
+    def _set_parts(self, *columns: np.ndarray) -> None:
+        """Set the numbers of each step of a composition, and of what is behind the last one."""
+        parts = np.ascontiguousarray(np.column_stack(columns))
+        self.table.set_integers(n_parts=len(parts) - 1)
+        self.table.set_arrays({"parts": parts})
+
     def _prepare_series(self) -> int:
         """Set what Taylor series need; returns how many numbers of each member's first series are kept."""
         system, settings = self.system, self.settings
-        address, costs = lane_series(system, settings.lanes)
+        address, costs = lane_series(settings.series or system, settings.lanes)
         order = settings.order or order_of(costs, settings.rtol)
         has_tail = system.ny - system.nq > 1
         left_out = max(settings.rtol, 1e-17) * (1.0 if settings.rtol > ROUND_OFF_RTOL else 1e-3)

@@ -56,7 +56,8 @@ def _size(a: tuple[Value, ...]) -> Value:
     return total
 
 
-def _inverse(a: tuple[Value, ...]) -> tuple[Value, ...]:
+def inverse(a: tuple[Value, ...]) -> tuple[Value, ...]:
+    """One over a number."""
     if len(a) == 1:
         return (1.0 / a[0],)
     scale = 1.0 / (a[0] * a[0] + a[1] * a[1])
@@ -115,10 +116,10 @@ def factor(code: Code, matrix: Numbers, pivots: Rows, n: Value) -> Value:
                 with code.when(code.any(where)):
                     with code.each(n) as j:
                         _swap(code, where, matrix, k * n + j, matrix, i * n + j)
-        inverse = _inverse(matrix.get(k * n + k))
-        matrix.put(k * n + k, inverse)
+        reciprocal = inverse(matrix.get(k * n + k))
+        matrix.put(k * n + k, reciprocal)
         with code.each(n, k + 1) as i:
-            weight = times(matrix.get(i * n + k), inverse)
+            weight = times(matrix.get(i * n + k), reciprocal)
             matrix.put(i * n + k, weight)
             with code.each(n, k + 1) as j:
                 matrix.put(i * n + j, minus_product(matrix.get(i * n + j), weight, matrix.get(k * n + j)))

@@ -35,6 +35,7 @@ class Lanes:
     code: Code
     _known: dict[str, Value | Rows] = field(default_factory=dict)
     with_breaks: bool = True  # else there is one interval, and inputs are constant
+    with_quaternions: bool = True  # else what `rotations` would write for them is left out
 
     def read(self, *names: str) -> None:
         """Read slots of the table, here."""
@@ -111,7 +112,10 @@ class Lanes:
             self.p[place] = total.value
 
 
-CODE = ("rhs", "project", "energy", "residual", "setup", "series", "events", "jacobian")
+CODE = (
+    "rhs", "project", "energy", "residual", "setup", "series", "events", "jacobian", "mass_matrix", "forces",
+    "constraint_jacobian",
+)  # fmt: skip
 _ROWS = (
     "y", "y_new", "y_stage", "k", "p", "projected", "energies", "residuals", "dense", "numbers", "carry", "slope",
     "k_other", "lost", "watched", "y_before", "newton", "interval",
@@ -132,6 +136,7 @@ _PLAIN = (
     "intervals",
     "widths",
     "lowest",
+    "parts",
 )
 _INTEGERS = (
     "quaternions", "member_of_lane", "frame_of_lane", "actions", "first_interval", "interval_of_lane", "driven",

@@ -15,12 +15,14 @@ from symgen.runtime.ensemble.lanes import (
     BEGIN,
     MAP,
     RUN,
+    Lanes,
     function_begin,
     function_load,
     function_map,
     function_run,
     function_store,
 )
+from symgen.runtime.ensemble.writer import Value
 from symgen.runtime.errors import Refusal
 from symgen.runtime.integrate.methods.runge_kutta import rk4
 from symgen.runtime.integrate.radau.coefficients import NODES
@@ -32,17 +34,23 @@ if TYPE_CHECKING:
     from symgen.runtime.system import System
 
 modules = Late("symgen.runtime.code.modules")
+composition = Late("symgen.runtime.ensemble.composition")
+rattle = Late("symgen.runtime.ensemble.rattle")
 
 _READ = (
+    "composition.py",
     "explicit/dop853.py",
     "explicit/tableau.py",
     "jacobian.py",
+    "linear.py",
     "newton.py",
     "radau/coefficients.py",
     "radau/loop.py",
     "radau/newton.py",
+    "rattle/step.py",
     "taylor.py",
     "projection.py",
+    "quaternions.py",
     "step_control.py",
 )  # by the loops
 _PROTOTYPE = ctypes.CFUNCTYPE(None, ctypes.c_void_p)  # it lets other threads run
@@ -57,27 +65,42 @@ class LaneLoop:
     _code: Any
 
 
+RATTLE = ("rattle", "rattle4", "rattle6")
+COMPOSED = ("verlet4", "verlet6", "verlet8")
+_LOOP_OF = {name: family[0] for family in (RATTLE, COMPOSED) for name in family}  # their orders are numbers
 # What a method begins with, and one step.
 METHODS = {
     "dop853": (dop853.begin, dop853.attempt),
     "taylor": (taylor.begin, taylor.attempt),
     "rk4": (runge_kutta.begin, runge_kutta.attempt_of(rk4)),
     "verlet": (runge_kutta.begin, verlet.attempt),
+    **dict.fromkeys(COMPOSED, (runge_kutta.begin, lambda lanes, active: composition.attempt(lanes, active))),
+    **dict.fromkeys(RATTLE, (runge_kutta.begin, lambda lanes, active: rattle.attempt(lanes, active))),
     **{f"radau{2 * n - 1}": (radau.begin_of(n), radau.attempt_of(n)) for n in NODES},
 }
 IN_LANES = tuple(METHODS)
 IMPLICIT = tuple(name for name in IN_LANES if name.startswith("radau"))
-ON_DEVICES = tuple(name for name in IN_LANES if name not in IMPLICIT)
+MAY_LEAVE = (*IMPLICIT, *RATTLE)  # where factors cannot be trusted, members leave lanes
+ON_DEVICES = tuple(name for name in IN_LANES if name not in (*MAY_LEAVE, *COMPOSED))
 OVER_EVENTS = ("dop853", "taylor", *IMPLICIT)
 
 
 @functools.lru_cache(maxsize=16)
-def lane_loop(method: str, lanes: int) -> LaneLoop:
-    """Return the loop of a method for so many lanes, compiled on first use on this machine."""
-    key = engine.cache_key(f"lanes {method} {lanes} {_generator()}")
+def lane_loop(method: str, lanes: int, *, with_quaternions: bool = True) -> LaneLoop:
+    """Return the loop of a method for so many lanes, compiled on first use on this machine.
+
+    Of methods whose steps are long without quaternions, there is one that leaves these out.
+    """
+    with_quaternions = with_quaternions or method not in MAY_LEAVE
+    method = _LOOP_OF.get(method, method)
+    key = engine.cache_key(f"lanes {method} {lanes} {with_quaternions} {_generator()}")
     code = engine.MachineCode()
     content = engine.object_code(
-        key, f"lanes of {method}", RUN, lambda _: (loop_ir(method, lanes), 0), loops=True
+        key,
+        f"lanes of {method}",
+        RUN,
+        lambda _: (loop_ir(method, lanes, with_quaternions=with_quaternions), 0),
+        loops=True,
     )
     run = code.add(content, RUN)
     return LaneLoop(_PROTOTYPE(code.address(BEGIN)), _PROTOTYPE(run), code)
@@ -96,11 +119,16 @@ def lane_map(lanes: int) -> tuple[Callable[[int], None], Any]:
     return _PROTOTYPE(code.add(engine.object_code(key, "map of lanes", MAP, lower, loops=True), MAP)), code
 
 
-def loop_ir(method: str, lanes: int) -> str:
+def loop_ir(method: str, lanes: int, *, with_quaternions: bool) -> str:
     """Return the LLVM IR of the loop of a method."""
     begin, attempt = METHODS[method]
+
+    def attempt_one(lanes: Lanes, active: Value) -> Value:
+        lanes.with_quaternions = with_quaternions
+        return attempt(lanes, active)
+
     functions = [
-        function_load(lanes), function_store(lanes), function_begin(lanes, begin), function_run(lanes, attempt)
+        function_load(lanes), function_store(lanes), function_begin(lanes, begin), function_run(lanes, attempt_one)
     ]  # fmt: skip
     declared = sorted({line for function in functions for line in function.declared})
     return "\n".join([*declared, *(function.text() for function in functions)])

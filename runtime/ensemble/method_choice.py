@@ -151,12 +151,16 @@ def numbers_of_sample(n: int) -> list[int]:
 
 
 def choose_once(
-    system: System, sample: Sample, single: RunOptions, settings_of: Callable[[str], BatchSettings | None]
-) -> Choice | None:
+    system: System, sample: Sample, single: RunOptions, settings_of: Callable[[str], BatchSettings | None],
+    driven: System,
+) -> Choice | None:  # fmt: skip
     """Choose for an ensemble by the members of a sample; None where these do not tell.
 
     Parameters
     ----------
+    system : System
+    driven : System
+        The same with the first member's inputs over time.
     settings_of : callable
         Settings for lanes with a method; None where lanes cannot have it.
     """
@@ -174,9 +178,9 @@ def choose_once(
     explicit, ends = _tried(system, settings, sample, _step_of_explicit(system), single.t_end)
     if not np.isfinite(explicit.cost).any():
         return None
-    trials = [explicit, *_series(system, settings, settings_of, sample, single)]
-    if single.rtol >= EXPLICIT_BELOW and _looks_stiff(system, sample, explicit, ends, single):
-        trials += _stiff(system, settings, settings_of, sample, single, explicit)
+    trials = [explicit, *_series(system, settings, settings_of, sample, single, driven)]
+    if single.rtol >= EXPLICIT_BELOW and _looks_stiff(driven, sample, explicit, ends, single):
+        trials += _stiff(driven, settings, settings_of, sample, single, explicit)
     return _best(trials, sample.of, single)
 
 
@@ -266,11 +270,11 @@ def _step_of_series(system: System, costs: tuple[float, float, float], order: in
 
 def _series(
     system: System, explicit: BatchSettings, settings_of: Callable[[str], BatchSettings | None], sample: Sample,
-    single: RunOptions,
+    single: RunOptions, driven: System,
 ) -> list[_Trial]:  # fmt: skip
     """Return the trial of series of the best order: two orders tell how steps grow with it."""
     p, state = sample.parameters[0], sample.starts[0]
-    if misfit_of_series(system, p, single.t_start, state, single.rtol):
+    if misfit_of_series(driven, p, single.t_start, state, single.rtol):
         return []
     settings = settings_of(SERIES)
     if settings is None or settings.method != SERIES:
@@ -278,7 +282,7 @@ def _series(
     settings = replace(
         settings, t_end=explicit.t_end, frame_times=explicit.frame_times, max_steps=explicit.max_steps
     )
-    costs = lane_series(system, settings.lanes)[1]
+    costs = lane_series(driven, settings.lanes)[1]
     usual = LaneBatch(system, settings).order
     low = max(min(usual, orders()[-1] - _ORDERS_APART), orders()[0])
     pair = [

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ from symgen.runtime.code.lower import NoLanes
 from symgen.runtime.constraints.energy_level import choose_energy_level
 from symgen.runtime.ensemble.batch import BatchSettings
 from symgen.runtime.ensemble.intervals import Breaks
-from symgen.runtime.ensemble.machine import IMPLICIT, IN_LANES, ON_DEVICES, OVER_EVENTS
+from symgen.runtime.ensemble.machine import IMPLICIT, IN_LANES, ON_DEVICES, OVER_EVENTS, RATTLE
 from symgen.runtime.ensemble.method_choice import (
     Choice,
     Sample,
@@ -176,8 +176,22 @@ def make_plan(system: System, options: EnsembleOptions, choice: Choice | None = 
         choice = None
         method, more = choose_method(driven or system, rows[0], state, single)
     else:
-        in_lanes = not objection and driven is None and options.device == "cpu" and not system.switches
-        choice = choice or _choose(driven or system, members, p, starts, single, in_lanes=in_lanes)
+        in_lanes = not objection and options.device == "cpu" and not system.switches
+
+        def settings_of(name: str, first: np.ndarray, state: np.ndarray) -> BatchSettings | None:
+            found, method, *_ = _settings(
+                driven or system, system, first, state, single, METHODS[name], np.zeros(0)
+            )
+            if found is None or driven is None:
+                return found
+            breaks, why = _breaks(
+                system, driven, first, columns, starts, moving, single, method, found, options
+            )
+            return None if why else replace(found, breaks=breaks)
+
+        choice = choice or _choose(
+            system, driven or system, members, p, starts, single, settings_of if in_lanes else None
+        )
         method, more = METHODS[choice.method], choice.notes
     notes = [*notes, *more]
     if options.method == "auto" and options.device != "cpu" and method.name == SERIES:
@@ -216,8 +230,9 @@ def make_plan(system: System, options: EnsembleOptions, choice: Choice | None = 
 
 
 def _choose(
-    system: System, members: Members, p: np.ndarray, starts: Starts, single: RunOptions, *, in_lanes: bool
-) -> Choice:
+    system: System, driven: System, members: Members, p: np.ndarray, starts: Starts, single: RunOptions,
+    settings_of: Callable[[str, np.ndarray, np.ndarray], BatchSettings | None] | None,
+) -> Choice:  # fmt: skip
     """Choose method and order for all members by a sample of them."""
     rows, states, varied = [], [], {}
     for number in numbers_of_sample(members.n):
@@ -229,14 +244,13 @@ def _choose(
     sound = [k for k in range(len(rows)) if k not in failures and np.isfinite(states[k]).all()]
     sample = Sample(rows[sound], states[sound], members.n)
     found = None
-    if in_lanes and sample.tells:
+    if settings_of is not None and sample.tells:
 
-        def settings_of(name: str) -> BatchSettings | None:
-            first = sample.parameters[0], sample.starts[0]
-            return _settings(system, system, *first, single, METHODS[name], np.zeros(0))[0]
+        def settings_for(name: str) -> BatchSettings | None:
+            return settings_of(name, sample.parameters[0], sample.starts[0])
 
-        found = choose_once(system, sample, single, settings_of)
-    return found or choose_by_looks(system, sample, single)
+        found = choose_once(system, sample, single, settings_for, driven)
+    return found or choose_by_looks(driven, sample, single)
 
 
 def _inputs_of(
@@ -454,15 +468,18 @@ def _settings(
         if single.method != "auto":
             return None, method, f"{method.name} is for single runs", []
         method = METHODS[EXPLICIT]
-    if method.name == SERIES and driven is not system:
-        if single.method != "auto":
-            return None, method, f"method {SERIES} with inputs over time is for single runs", []
-        method = METHODS[EXPLICIT]
     if method.name not in IN_LANES or (system.events and method.name not in OVER_EVENTS):
         return None, method, f"method {method.name} is for single runs", []
     for form in (system, system.closed) if system.switches else (system,):
         if method.name in IMPLICIT and (reason := _not_implicit(form, method)):
             return None, method, reason, []
+    if method.name in RATTLE and system.dependent:
+        return (
+            None,
+            method,
+            f"method {method.name} over constraints that follow from others is for single runs",
+            [],
+        )
     step, notes = choose_step(method, driven, p, state, single)
     level = choose_energy_level(single.energy_scaling, driven, method, p, single.t_start, state)
     arrays = LoopArrays(
@@ -475,6 +492,7 @@ def _settings(
         projection_tol=float(c[at.PROJECTION_TOL]),
         longest=(float(c[at.H_MAX]), float(c[at.H_BASE]), float(c[at.H_SHARE])),
         scale_energy=bool(np.isfinite(level)), max_steps=single.max_steps or _MANY_STEPS,
+        series=driven if driven is not system else None,
     )  # fmt: skip
     if system.switches:
         arrays.limit_steps(method, held=True)
@@ -491,8 +509,6 @@ def _settings(
 
 def _not_implicit(system: System, method: Any) -> str:
     """Return why an implicit method cannot run in lanes; an empty string where it can."""
-    if system.quaternions:
-        return f"method {method.name} over quaternions is for single runs"
     if suited_to_size(method, system) is not method:
         return f"method {method.name} with sparse matrices is for single runs"
     return ""

@@ -16,6 +16,7 @@ from symgen.runtime.ensemble import dense_lu
 from symgen.runtime.ensemble.bits import cube_root, power
 from symgen.runtime.ensemble.breaks import follow
 from symgen.runtime.ensemble.dense_lu import Complex, Real
+from symgen.runtime.ensemble.dense_output import dense_rows, nested_at
 from symgen.runtime.ensemble.events import act_on_events, arm, find_events
 from symgen.runtime.ensemble.first_step import choose_anew, first_step
 from symgen.runtime.ensemble.lanes import (
@@ -27,6 +28,18 @@ from symgen.runtime.ensemble.lanes import (
     note_pivots,
     reach,
     write_frames,
+)
+from symgen.runtime.ensemble.rotations import (
+    by_rotation,
+    chart_rate,
+    dot,
+    each_position,
+    each_quaternion,
+    parts,
+    put,
+    retract,
+    rotated,
+    solve_rotation,
 )
 from symgen.runtime.ensemble.writer import INTEGER, Rows, Value
 from symgen.runtime.integrate.jacobian import TRUSTED_PIVOT_RATIO
@@ -58,7 +71,7 @@ def work_length(n_stages: int, nq: int, nv: int, m: int, ny: int) -> int:
     """Rows of `newton` that a method works in; see `_Work`."""
     pairs, rows = n_stages // 2, nv + m
     linear = 2 * nv * nv + 2 * (1 + 2 * pairs) * nv * nv + 2 * (1 + pairs) * nv
-    stages = n_stages * ny + 2 * (1 + 2 * pairs) * nv + 4 * nv
+    stages = n_stages * ny + 4 * n_stages * nv + 4 * nv + 3 * n_stages
     equations = nq + nv + rows + rows * (nq + nv + rows) + rows * rows + rows + 2 * rows * nv
     return len(STATE) + linear + stages + equations
 
@@ -82,6 +95,9 @@ class _Work:
         self.stages = [take(lanes.ny) for _ in method.c]
         # Transformed increments of v, and their corrections: a real row, then real and imaginary parts of each pair.
         self.x, self.dx = [take(nv) for _ in method.c], [take(nv) for _ in method.c]
+        # The same of rotation vectors, which stand in `stages` in place of quaternions' increments; their derivatives.
+        self.turn_x, self.turn_dx = [take(nv) for _ in method.c], [take(nv) for _ in method.c]
+        self.turn_rates = take(3 * len(method.c))
         self.per_tolerance = take(nv * 2)  # of positions, then rates
         self.error = take(nv * 2)
         self.arguments = take(nq + nv + rows)
@@ -204,7 +220,7 @@ def _attempt(lanes: Lanes, active: Value, method: RadauIIA) -> Value:
     _choose_step(lanes, n_stages, active, end.accepted, solved, error, s, w)
     infinite = end.infinite | (active & (solved.infinite | (solved.converged & ~code.finite(error))))
     _make_dense(lanes, method, end.accepted, w)
-    states_at = partial(_at, lanes, n_stages)
+    states_at = partial(nested_at, lanes, n_stages + 1)
     stopped = find_events(lanes, end.accepted, t, t1, _nothing, states_at)
     write_frames(lanes, stopped.accepted, t, stopped.t, _nothing, states_at, whole=h)
 
@@ -229,12 +245,21 @@ def _nothing() -> None:
 
 def _set_tolerances(lanes: Lanes, n_stages: int, w: _Work) -> Value:
     """Set one over the tolerance of every component, as `radau.error.set_tolerances`; returns Newton's."""
-    code, nq = lanes.code, lanes.nq
+    code, rates = lanes.code, lanes.y.behind(lanes.nq)
     rtol, atol = lanes.stage_rtol, lanes.stage_atol
-    for source, target in ((lanes.y, w.per_tolerance), (lanes.y.behind(nq), w.per_tolerance.behind(w.nv))):
-        with code.each(w.nv) as i:
-            size = code.size(source[i])
-            target[i] = 1.0 / code.larger(atol + rtol * size, 4.0 * EPS * size + 1e-300)
+
+    def per_tolerance(size: Value) -> Value:
+        return 1.0 / code.larger(atol + rtol * size, 4.0 * EPS * size + 1e-300)
+
+    def shift(i: Value, j: Value) -> None:
+        w.per_tolerance[j] = per_tolerance(code.size(lanes.y[i]))
+
+    def turn(_: Value, j: Value) -> None:
+        put(w.per_tolerance, j, (per_tolerance(code.all_lanes(1.0)),) * 3)
+
+    each_position(lanes, shift, turn)
+    with code.each(w.nv) as i:
+        w.per_tolerance[w.nv + i] = per_tolerance(code.size(rates[i]))
     return code.as_kind(lanes.newton_bound, "lanes")
 
 
@@ -260,10 +285,19 @@ def _differentiate(lanes: Lanes, s: _Step, w: _Work) -> Value:
     with code.each(rows * w.n_columns) as i:  # structural zeros are not written
         w.derivative[i] = 0.0
     lanes.call("jacobian", s.t, w.arguments, w.derivative)
+    width = w.nv * 2
     with code.each(rows) as i:
-        row = w.derivative.behind(i * w.n_columns)
-        with code.each(n) as j:
-            w.right.put(i * n + j, (-row[j],))
+        row, right = w.derivative.behind(i * w.n_columns), w.right.rows.behind(i * width)
+
+        def shift(k: Value, j: Value, row: Rows = row, right: Rows = right) -> None:
+            right[j] = -row[k]
+
+        def turn(k: Value, j: Value, row: Rows = row, right: Rows = right) -> None:
+            put(right, j, tuple(-x for x in by_rotation(parts(lanes.y, k, 4), parts(row, k, 4))))
+
+        each_position(lanes, shift, turn)
+        with code.each(w.nv) as j:
+            right[w.nv + j] = -row[lanes.nq + j]
         with code.each(rows) as j:
             w.block.put(i * rows + j, (row[n + j],))
     trusted = code.variable(TRUSTED_PIVOT_RATIO)
@@ -272,8 +306,8 @@ def _differentiate(lanes: Lanes, s: _Step, w: _Work) -> Value:
         trusted.value = code.all_lanes(GIVE * _LEFT_OF_GIVE)
     sound = dense_lu.factor(code, w.block, w.block_pivots, rows)
     sound = sound & (dense_lu.pivot_ratio(code, w.block, rows) > trusted.value)
-    dense_lu.solve(code, w.block, w.block_pivots, rows, w.right, n)
-    return sound & finite_rows(lanes, w.right.rows, w.nv * n)
+    dense_lu.solve(code, w.block, w.block_pivots, rows, w.right, width)
+    return sound & finite_rows(lanes, w.right.rows, w.nv * width)
 
 
 def _let_constraints_give(lanes: Lanes, w: _Work) -> None:
@@ -328,6 +362,7 @@ def _set_real_matrix(lanes: Lanes, shift: Value, w: _Work) -> None:
         with code.each(nv) as j:
             w.trial.put(i * nv + j, (-code.fused(inverse, by_q[j], by_v[j]),))
         w.trial.put(i * nv + i, (w.trial.get(i * nv + i)[0] + shift,))
+    each_quaternion(lanes, lambda _, j: _turn_columns(lanes, (shift,), j, w.trial, w))
 
 
 def _set_complex_matrix(lanes: Lanes, re: Value, im: Value, matrix: Complex, w: _Work) -> None:
@@ -341,6 +376,20 @@ def _set_complex_matrix(lanes: Lanes, re: Value, im: Value, matrix: Complex, w: 
             matrix.put(i * nv + j, (-code.fused(inverse_re, by_q[j], by_v[j]), -(inverse_im * by_q[j])))
         diagonal = matrix.get(i * nv + i)
         matrix.put(i * nv + i, (diagonal[0] + re, diagonal[1] + im))
+    each_quaternion(lanes, lambda _, j: _turn_columns(lanes, (re, im), j, matrix, w))
+
+
+def _turn_columns(lanes: Lanes, g: tuple[Value, ...], j: Value, matrix: Real | Complex, w: _Work) -> None:
+    """Make the columns from `j` on, of the rates of a quaternion, as `stages.factor_rotations`."""
+    code, nv, inverse = lanes.code, w.nv, dense_lu.inverse(g)
+    back = tuple(-rate for rate in parts(lanes.y, lanes.nq + j))
+    nothing = (code.all_lanes(0.0),) * (len(g) - 1)
+    with code.each(nv) as i:
+        row = [(part, *nothing) for part in parts(w.jacobian, i * nv * 2 + j)]
+        for k, (entry, solved) in enumerate(zip(row, solve_rotation(g, back, tuple(row)), strict=True)):
+            place = i * nv + j + k
+            change = zip(matrix.get(place), inverse, solved, strict=True)
+            matrix.put(place, tuple(a + (entry[0] * b - c) for a, b, c in change))
 
 
 def _predict(lanes: Lanes, method: RadauIIA, s: _Step, w: _Work) -> None:
@@ -348,7 +397,7 @@ def _predict(lanes: Lanes, method: RadauIIA, s: _Step, w: _Work) -> None:
     code, nq, n_stages = lanes.code, lanes.nq, len(method.c)
     known = w.own("history") > 0.5
     ratio = code.select(known, s.h / w.own("h_last"), code.all_lanes(0.0))
-    dense = [lanes.dense.behind(lanes.ny * r) for r in range(n_stages + 1)]
+    dense = dense_rows(lanes, n_stages + 1)
     theta = [code.fused(ratio, float(c), 1.0) for c in method.c]
     with code.each(lanes.n, nq) as i:
         for place, stage in zip(theta, w.stages, strict=True):
@@ -362,6 +411,39 @@ def _predict(lanes: Lanes, method: RadauIIA, s: _Step, w: _Work) -> None:
         for weights, transformed in zip(method.from_stages, w.x, strict=True):
             transformed[i] = _weighted(weights, seen)
     _move_positions(lanes, method, s, w)
+    each_quaternion(lanes, lambda i, j: _predict_turn(lanes, method, s, i, j, w))
+
+
+def _predict_turn(lanes: Lanes, method: RadauIIA, s: _Step, i: Value, j: Value, w: _Work) -> None:
+    """Guess the stages' rotation vectors by sweeps of their equations, as `stages.predict_rotations`."""
+    code = lanes.code
+    for stage in w.stages:
+        put(stage, i, (code.all_lanes(0.0),) * 3)
+    with code.each(len(method.c)):  # each sweep gains one order of h
+        _find_turn_rates(lanes, method, i, j, w)
+        for axis in range(3):
+            rates = _turn_rates_of(method, axis, w)
+            for weights, stage in zip(method.a, w.stages, strict=True):
+                stage[i + axis] = s.h * _weighted(weights, rates)
+    for axis in range(3):
+        seen = [stage[i + axis] for stage in w.stages]
+        for weights, transformed in zip(method.from_stages, w.turn_x, strict=True):
+            transformed[j + axis] = _weighted(weights, seen)
+
+
+def _find_turn_rates(lanes: Lanes, method: RadauIIA, i: Value, j: Value, w: _Work) -> None:
+    """Write the derivatives of the stages' rotation vectors, as `stages.set_rotation_rates`."""
+    first = lanes.nq + j
+    omega = parts(lanes.y, first)
+    with lanes.code.each(len(method.c)) as k:
+        stage = w.stages[0].behind(k * lanes.ny)
+        moved = tuple(a + b for a, b in zip(omega, parts(stage, first), strict=True))
+        put(w.turn_rates, k * 3, chart_rate(parts(stage, i), moved))
+
+
+def _turn_rates_of(method: RadauIIA, axis: int, w: _Work) -> list[Value]:
+    """Read these about one axis, stage by stage."""
+    return [w.turn_rates[3 * k + axis] for k in range(len(method.c))]
 
 
 def _weighted(weights: Iterable[float], values: list[Value]) -> Value:
@@ -374,12 +456,15 @@ def _weighted(weights: Iterable[float], values: list[Value]) -> Value:
 
 
 def _move_positions(lanes: Lanes, method: RadauIIA, s: _Step, w: _Work) -> None:
-    """Set the stages' increments of q to the integral of v, as `stages.retract_positions`."""
+    """Set the stages' increments of q, but for quaternions, to the integral of v, as `stages.retract_positions`."""
     code, nq = lanes.code, lanes.nq
-    with code.each(nq) as i:
-        rate, moved = lanes.y[nq + i], [stage[nq + i] for stage in w.stages]
+
+    def shift(i: Value, j: Value) -> None:
+        rate, moved = lanes.y[nq + j], [stage[nq + j] for stage in w.stages]
         for c, weights, stage in zip(method.c, method.a, w.stages, strict=True):
             stage[i] = s.h * code.fused(rate, float(c), _weighted(weights, moved))
+
+    each_position(lanes, shift, lambda i, j: None)
 
 
 def _solve_stages(lanes: Lanes, method: RadauIIA, wanted: Value, bound: Value, s: _Step, w: _Work) -> _Solved:
@@ -445,12 +530,18 @@ def _evaluate_stages(lanes: Lanes, method: RadauIIA, where: Value, s: _Step, w: 
     """Evaluate derivatives at all stages; returns where they are finite."""
     code, sound = lanes.code, lanes.code.flags(True)
     for c, stage, row in zip(method.c, w.stages, s.stages, strict=True):
-        with code.each(lanes.ny) as i:
-            lanes.y_stage[i] = lanes.y[i] + stage[i]
+        _place(lanes, stage, lanes.y_stage)
         lanes.call("rhs", code.fused(s.h, float(c), s.t), lanes.y_stage, row)
         sound = sound & finite_rows(lanes, row, lanes.ny)
         note_pivots(lanes, row, where & sound)
     return sound
+
+
+def _place(lanes: Lanes, increments: Rows, out: Rows) -> None:
+    """Write the state that is `increments` away from the start of the step, as `stages.place`."""
+    with lanes.code.each(lanes.ny) as i:
+        out[i] = lanes.y[i] + increments[i]
+    each_quaternion(lanes, lambda i, _: put(out, i, rotated(parts(lanes.y, i, 4), parts(increments, i))))
 
 
 def _correct(lanes: Lanes, method: RadauIIA, where: Value, s: _Step, w: _Work) -> Value:
@@ -467,34 +558,111 @@ def _correct(lanes: Lanes, method: RadauIIA, where: Value, s: _Step, w: _Work) -
                 (defects[k], defects[k + 1]), (shifts[k - 1], shifts[k]), (w.x[k][i], w.x[k + 1][i])
             )
             w.dx[k][i], w.dx[k + 1][i] = re, im
+    gs = [(real_shift,), *zip(shifts[0::2], shifts[1::2], strict=True)]
+    each_quaternion(lanes, lambda i, j: _find_turn_defect(lanes, method, gs, i, j, w))
     dense_lu.solve(code, w.real, w.pivots[0], nv, Real(w.dx[0]))
     for k, (matrix, pivots) in enumerate(zip(w.complex, w.pivots[1:], strict=True)):
         dense_lu.solve(code, matrix, pivots, nv, Complex(w.dx[2 * k + 1], w.dx[2 * k + 2]))
-    rates, positions = code.variable(0.0), code.variable(0.0)
-    squares = method.inverse_squares
+    rates, positions, turns = (code.variable(0.0) for _ in range(3))
+
+    def shift(_: Value, j: Value) -> None:
+        per_q = w.per_tolerance[j]
+        moved = _weighted(method.inverse_squares, _squares([row[j] for row in w.dx]))
+        positions.value = code.fused(moved, per_q * per_q, positions.value)
+
+    def turn(i: Value, j: Value) -> None:
+        turns.value = turns.value + _correct_turn(lanes, method, gs, where, i, j, w)
+
+    each_position(lanes, shift, turn)
     with code.each(nv) as i:
         moves = [row[i] for row in w.dx]
-        parts = [moves[0] * moves[0]]
-        parts += [re * re + im * im for re, im in zip(moves[1::2], moves[2::2], strict=True)]
-        per_v, per_q = w.per_tolerance[nv + i], w.per_tolerance[i]
-        rates.value = code.fused(_weighted([1.0] * len(parts), parts), per_v * per_v, rates.value)
-        positions.value = code.fused(_weighted(squares, parts), per_q * per_q, positions.value)
+        squared = _squares(moves)
+        per_v = w.per_tolerance[nv + i]
+        rates.value = code.fused(_weighted([1.0] * len(squared), squared), per_v * per_v, rates.value)
         for row, move in zip(w.x, moves, strict=True):
             row[i] = code.select(where, row[i] + move, row[i])
         transformed = [row[i] for row in w.x]
         for weights, stage in zip(method.to_stages, w.stages, strict=True):
             stage[nq + i] = _weighted(weights, transformed)
     _move_positions(lanes, method, s, w)
-    total = code.fused(s.h * s.h, positions.value, rates.value)
+    total = code.fused(s.h * s.h, positions.value, rates.value) + turns.value
     return code.root(total / (code.to_number(nv) * (2.0 * len(method.c))))
+
+
+def _squares(moves: list[Value]) -> list[Value]:
+    """The squares of a real number, and of the pairs behind it."""
+    return [
+        moves[0] * moves[0],
+        *(re * re + im * im for re, im in zip(moves[1::2], moves[2::2], strict=True)),
+    ]
+
+
+def _fields(rows: list[Rows]) -> list[Real | Complex]:
+    """The transformed components: a real row, then complex ones."""
+    return [Real(rows[0]), *(Complex(re, im) for re, im in zip(rows[1::2], rows[2::2], strict=True))]
+
+
+def _find_turn_defect(
+    lanes: Lanes, method: RadauIIA, gs: list[tuple[Value, ...]], i: Value, j: Value, w: _Work
+) -> None:
+    """Write the transformed defects of a rotation vector, solved for it, and what they change of accelerations.
+
+    As `stages.set_rotation_defect` and `loop.pass_on`.
+    """
+    code, nv = lanes.code, w.nv
+    _find_turn_rates(lanes, method, i, j, w)
+    omega = parts(lanes.y, lanes.nq + j)
+    for axis in range(3):
+        seen = _turn_rates_of(method, axis, w)
+        for weights, row in zip(method.from_stages, w.turn_dx, strict=True):
+            row[j + axis] = _weighted(weights, seen)
+    for g, x, dx, rates in zip(gs, _fields(w.turn_x), _fields(w.turn_dx), _fields(w.dx), strict=True):
+        defect = tuple(dense_lu.minus_product(dx.get(j + k), g, x.get(j + k)) for k in range(3))
+        moved = solve_rotation(g, omega, defect)
+        for k in range(3):
+            dx.put(j + k, moved[k])
+        with code.each(nv) as row:
+            derivative = parts(w.jacobian, row * nv * 2 + j)
+            total = rates.get(row)
+            for weight, move in zip(derivative, moved, strict=True):
+                total = tuple(code.fused(weight, part, old) for part, old in zip(move, total, strict=True))
+            rates.put(row, total)
+
+
+def _correct_turn(
+    lanes: Lanes, method: RadauIIA, gs: list[tuple[Value, ...]], where: Value, i: Value, j: Value, w: _Work
+) -> Value:  # fmt: skip
+    """Correct the stages' rotation vectors after the rates, as `stages.correct_rotations`; returns the squares."""
+    code, omega = lanes.code, parts(lanes.y, lanes.nq + j)
+    for g, dx, rates in zip(gs, _fields(w.turn_dx), _fields(w.dx), strict=True):
+        more = solve_rotation(g, omega, tuple(rates.get(j + k) for k in range(3)))
+        for k in range(3):
+            dx.put(j + k, tuple(a + b for a, b in zip(dx.get(j + k), more[k], strict=True)))
+    total = code.all_lanes(0.0)
+    for k in range(3):
+        moves = [row[j + k] for row in w.turn_dx]
+        squares, per_q = _squares(moves), w.per_tolerance[j + k]
+        total = code.fused(_weighted([1.0] * len(squares), squares), per_q * per_q, total)
+        for row, move in zip(w.turn_x, moves, strict=True):
+            row[j + k] = code.select(where, row[j + k] + move, row[j + k])
+        transformed = [row[j + k] for row in w.turn_x]
+        for weights, stage in zip(method.to_stages, w.stages, strict=True):
+            stage[i + k] = _weighted(weights, transformed)
+    return total
 
 
 def _round_off(lanes: Lanes, method: RadauIIA, s: _Step, w: _Work) -> Value:
     """As `radau.newton.round_off`."""
     code, total = lanes.code, lanes.code.variable(0.0)
-    with code.each(w.nv) as i:
-        part = lanes.y[i] * w.per_tolerance[w.nv + i]
+
+    def add(part: Value) -> None:
         total.value = code.fused(part, part, total.value)
+
+    def turn(_: Value, j: Value) -> None:
+        for part in parts(w.per_tolerance, w.nv + j):
+            add(part)
+
+    each_position(lanes, lambda i, j: add(lanes.y[i] * w.per_tolerance[w.nv + j]), turn)
     size = code.root(total.value / (code.to_number(w.nv) * 2.0))
     return s.per_h * (EPS * method.amplification * method.mu) * size
 
@@ -507,8 +675,8 @@ def _estimate_error(lanes: Lanes, method: RadauIIA, solved: Value, s: _Step, w: 
     again = solved & begins & (error.value >= 1.0)
     with code.when(code.any(again)):
         copy_rows(lanes, lanes.y, lanes.y_stage, lanes.ny)
+        retract(lanes, 1.0, w.error, lanes.y_stage)
         with code.each(nv) as i:
-            lanes.y_stage[i] = lanes.y[i] + w.error[i]
             lanes.y_stage[nq + i] = lanes.y[nq + i] + w.error[nv + i]
         lanes.call("rhs", s.t, lanes.y_stage, s.rows[1])
         filtered = _filter_error(lanes, method, s.rows[1], True, s, w)
@@ -516,18 +684,53 @@ def _estimate_error(lanes: Lanes, method: RadauIIA, solved: Value, s: _Step, w: 
             finite_rows(lanes, s.rows[1], lanes.ny), filtered, code.all_lanes(float("inf"))
         )
         error.value = code.select(again, filtered, error.value)
+
+    def at_least(i: Value, j: Value) -> None:
+        error.value = code.larger(error.value, _between_places(method, i, j, w))
+
+    each_quaternion(lanes, at_least)
     return code.larger(error.value, 1e-10)
+
+
+def _between_places(method: RadauIIA, i: Value, j: Value, w: _Work) -> Value:
+    """By how much dense output is off a quaternion, as `stages.error_between_places`."""
+    z = parts(w.stages[-1], i)
+    part = z[0].code.root(dot(z, z)) * 0.125
+    error = w.per_tolerance[j] * 2.0
+    for k in range(len(method.c) + 1):
+        error = error * (part * (1.0 / (k + 1.0)))
+    return error
 
 
 def _filter_error(lanes: Lanes, method: RadauIIA, row: Rows, again: bool, s: _Step, w: _Work) -> Value:
     """Write the filtered error, and return its norm, as `radau.error.filter_accelerations`."""
     code, nq, nv = lanes.code, lanes.nq, w.nv
-    shift = s.h * (1.0 / method.mu)
+    shift, g = s.h * (1.0 / method.mu), s.per_h * method.mu
     by_q, by_v = w.error, w.error.behind(nv)
-    with code.each(nv) as i:
-        moved = [stage[nq + i] for stage in w.stages]
-        off = _weighted(method.error_a, moved)
-        by_q[i] = shift * (off + by_v[i] if again else off)
+
+    def find_part(_: Value, j: Value) -> None:
+        off = _weighted(method.error_a, [stage[nq + j] for stage in w.stages])
+        by_q[j] = shift * (off + by_v[j] if again else off)
+
+    def find_turn(i: Value, j: Value) -> None:
+        omega = parts(lanes.y, nq + j)
+        rate = omega
+        if again:
+            rate = chart_rate(
+                parts(by_q, j), tuple(a + b for a, b in zip(omega, parts(by_v, j), strict=True))
+            )
+        off = [_weighted(method.error, [stage[i + k] for stage in w.stages]) for k in range(3)]
+        slip = tuple((code.fused(x, s.per_h, y),) for x, y in zip(off, rate, strict=True))
+        put(by_q, j, tuple(x for (x,) in solve_rotation((g,), omega, slip)))
+
+    def add_turn(_: Value, j: Value) -> None:
+        more = solve_rotation((g,), parts(lanes.y, nq + j), tuple((x,) for x in parts(by_v, j)))
+        put(by_q, j, tuple(a + b for a, (b,) in zip(parts(by_q, j), more, strict=True)))
+
+    def add_part(_: Value, j: Value) -> None:
+        by_q[j] = code.fused(shift, by_v[j], by_q[j])
+
+    each_position(lanes, find_part, find_turn)
     with code.each(nv) as i:
         total = code.variable(
             code.fused(_weighted(method.error, [stage[nq + i] for stage in w.stages]), s.per_h, row[nq + i])
@@ -537,9 +740,9 @@ def _filter_error(lanes: Lanes, method: RadauIIA, row: Rows, again: bool, s: _St
             total.value = code.fused(derivative[k], by_q[k], total.value)
         by_v[i] = total.value
     dense_lu.solve(code, w.real, w.pivots[0], nv, Real(by_v))
+    each_position(lanes, add_part, add_turn)
     total = code.variable(0.0)
     with code.each(nv) as i:
-        by_q[i] = code.fused(shift, by_v[i], by_q[i])
         for part in (by_q[i] * w.per_tolerance[i], by_v[i] * w.per_tolerance[nv + i]):
             total.value = code.fused(part, part, total.value)
     return code.root(total.value / (code.to_number(nv) * 2.0))
@@ -553,8 +756,7 @@ def _find_end(lanes: Lanes, method: RadauIIA, s: _Step, w: _Work) -> None:
         power_of = [row[lanes.n] for row in s.stages]
         for weights, stage in zip(method.a, w.stages, strict=True):
             stage[lanes.n] = s.h * _weighted(weights, power_of)
-    with code.each(lanes.ny) as i:
-        lanes.y_new[i] = lanes.y[i] + w.stages[-1][i]
+    _place(lanes, w.stages[-1], lanes.y_new)
 
 
 def _quotient(solved: _Solved, error: Value, n_stages: int) -> Value:
@@ -615,7 +817,8 @@ def _forget(lanes: Lanes, where: Value, w: _Work) -> None:
 def _make_dense(lanes: Lanes, method: RadauIIA, accepted: Value, w: _Work) -> None:
     """Write the collocation polynomial of accepted steps, as `stages.radau_dense`."""
     code, ny = lanes.code, lanes.ny
-    dense = [lanes.dense.behind(ny * r) for r in range(len(method.c) + 1)]
+    dense = dense_rows(lanes, len(method.c) + 1)
+    each_quaternion(lanes, lambda i, _: _turns_to_increments(lanes, i, w))
     with code.each(ny) as i:
         moved = [stage[i] for stage in w.stages]
         values = [lanes.y[i], lanes.y_new[i] - lanes.y[i], *(_weighted(row, moved) for row in method.rows)]
@@ -623,12 +826,8 @@ def _make_dense(lanes: Lanes, method: RadauIIA, accepted: Value, w: _Work) -> No
             row[i] = code.select(accepted, value, row[i])
 
 
-def _at(lanes: Lanes, n_stages: int, theta: Value, out: Rows) -> None:
-    """Write the states at places of the step, as `dense.evaluate_dense`."""
-    code, other = lanes.code, 1.0 - theta
-    dense = [lanes.dense.behind(lanes.ny * r) for r in range(n_stages + 1)]
-    with code.each(lanes.ny) as i:
-        total = dense[n_stages][i]
-        for r in range(n_stages - 1, -1, -1):
-            total = code.fused(total, theta if r % 2 == 0 else other, dense[r][i])
-        out[i] = total
+def _turns_to_increments(lanes: Lanes, i: Value, w: _Work) -> None:
+    """As `stages.rotations_to_increments`."""
+    q = parts(lanes.y, i, 4)
+    for stage in w.stages:
+        put(stage, i, tuple(a - b for a, b in zip(rotated(q, parts(stage, i)), q, strict=True)))

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from symgen.runtime.ensemble.breaks import follow
+from symgen.runtime.ensemble.breaks import Followed, follow
+from symgen.runtime.ensemble.dense_output import cubic_dense, nested_at
 from symgen.runtime.ensemble.lanes import Lanes, commit, copy_rows, evaluate_start, reach, write_frames
 from symgen.runtime.ensemble.writer import Rows, Value
 from symgen.runtime.integrate.explicit.tableau import ErkTableau
@@ -29,12 +30,12 @@ def grid_step(lanes: Lanes) -> tuple[Value, Value, Value]:
     return t, t1, code.select(cut, t1 - t, step)
 
 
-def pass_grid(lanes: Lanes, accepted: Value, t1: Value, derive: Callable[[Value], None]) -> Value:
+def pass_grid(lanes: Lanes, accepted: Value, t1: Value, derive: Callable[[Value], None]) -> Followed:
     """Count steps that end on the grid, and let lanes enter the next interval; returns where they go on."""
     code = lanes.code
     following = code.as_kind(lanes.t_start, "lanes") + lanes.own("h") * (lanes.own("grid") + 1.0)
     lanes.count("grid", accepted & (t1 >= following - lanes.own("h") * 1e-9))
-    return follow(lanes, accepted, t1, derive).t
+    return follow(lanes, accepted, t1, derive)
 
 
 def attempt_of(tableau: Callable[[], ErkTableau]) -> Callable[[Lanes, Value], Value]:
@@ -61,9 +62,9 @@ def _attempt(lanes: Lanes, active: Value, method: ErkTableau) -> Value:
         t,
         t1,
         lambda: cubic_dense(lanes, h, rows[0], rows[n]),
-        lambda at, out: cubic_at(lanes, at, out),
+        lambda at, out: nested_at(lanes, 4, at, out),
     )
-    following = pass_grid(lanes, end.accepted, t1, lambda at: lanes.call("rhs", at, lanes.y_new, rows[n]))
+    following = pass_grid(lanes, end.accepted, t1, lambda at: lanes.call("rhs", at, lanes.y_new, rows[n])).t
     copy_rows(lanes, rows[n], rows[0], lanes.ny, end.accepted)
     return commit(lanes, active, end, following, h, active & ~end.accepted)
 
@@ -76,23 +77,3 @@ def _sum(lanes: Lanes, weights, h: Value, rows: list[Rows], out: Rows) -> None:
             if weight != 0.0:
                 total = rows[j][i] * weight if total is None else code.fused(rows[j][i], weight, total)
         out[i] = code.fused(h, total, lanes.y[i])
-
-
-def cubic_dense(lanes: Lanes, h: Value, before: Rows, after: Rows) -> None:
-    """The cubic through both ends, as `dense.hermite_dense`."""
-    dense = [lanes.dense.behind(lanes.ny * r) for r in range(4)]
-    with lanes.code.each(lanes.ny) as i:
-        rise = lanes.y_new[i] - lanes.y[i]
-        bend = h * before[i] - rise
-        for row, value in zip(dense, (lanes.y[i], rise, bend, rise - h * after[i] - bend), strict=True):
-            row[i] = value
-
-
-def cubic_at(lanes: Lanes, theta: Value, out: Rows) -> None:
-    """Write the states at places of the step."""
-    code, dense = lanes.code, [lanes.dense.behind(lanes.ny * r) for r in range(4)]
-    other = 1.0 - theta
-    with code.each(lanes.ny) as i:
-        total = code.fused(dense[3][i], theta, dense[2][i])
-        total = code.fused(total, other, dense[1][i])
-        out[i] = code.fused(total, theta, dense[0][i])

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from symgen.runtime.ensemble.machine import IMPLICIT
+from symgen.runtime.ensemble.machine import MAY_LEAVE
 from symgen.runtime.ensemble.slots import LEFT, TOO_MANY_STEPS
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.lazy import Late
@@ -36,7 +36,7 @@ def runs_alone(plan: Plan) -> tuple[int, ...]:
     system, statuses = plan.system, ()
     if system.m:
         statuses += _SINGULAR
-    if system.events or plan.method in IMPLICIT:
+    if system.events or plan.method in MAY_LEAVE:
         statuses += (LEFT,)
     if plan.single.max_steps is None:
         statuses += (TOO_MANY_STEPS,)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-_KERNELS = ("rhs", "project", "energy", "residual", "setup", "series", "events", "jacobian")
+_KERNELS = (
+    "rhs", "project", "energy", "residual", "setup", "series", "events", "jacobian", "mass_matrix", "forces",
+    "constraint_jacobian",
+)  # fmt: skip
 _SIZES = (
     "n_members", "ny", "n", "nq", "n_row", "n_p", "n_precomputed", "nh", "m", "n_project", "n_quaternions", "n_frames",
     "max_steps", "next", "watch_energy", "scale_energy", "order", "has_tail", "log_size", "n_logged", "n_record",
     "stop", "one_evaluation", "n_events", "n_events_logged", "event_log_size",
     "n_kept", "n_driven", "n_interval", "n_switches", "resumes",
-    "own_times",
+    "own_times", "n_parts", "constant_mass",
 )  # fmt: skip
 _NUMBERS = (
     "t_start", "t_end", "rtol", "atol", "h_max", "h_base", "h_share", "h_min", "projection_tol", "step", "log_left_out",
@@ -34,7 +37,7 @@ _LANES = (
 _OTHERS = (
     "quaternions", "frame_times", "member_of_lane", "frame_of_lane", "step_log", "event_log", "directions", "places",
     "actions", "resets",
-    "intervals", "first_interval", "interval_of_lane", "driven", "first_frame",
+    "intervals", "first_interval", "interval_of_lane", "driven", "first_frame", "parts",
 )  # fmt: skip
 NAMES = (*_KERNELS, *_SIZES, *_NUMBERS, *_MEMBERS, *_LANES, *_OTHERS)
 AT = {name: index for index, name in enumerate(NAMES)}

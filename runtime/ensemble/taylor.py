@@ -77,9 +77,11 @@ def begin(lanes: Lanes) -> Value:
         k, largest = lanes.order - back, code.variable(0.0)
         with code.each(lanes.n, lanes.nq) as i:
             largest.value = code.larger(largest.value, code.size(_row(lanes, s, k)[i]))
-        there = (largest.value > 0.0) & (size.value > 0.0)
         guess = exp2((log2(size.value) - log2(largest.value)) * _one_by(code, k))
-        longest.value = code.select(there, code.smaller(longest.value, guess), longest.value)
+        guess = code.select(
+            size.value > 0.0, guess, code.all_lanes(0.0)
+        )  # what begins to move has no sizes yet
+        longest.value = code.select(largest.value > 0.0, code.smaller(longest.value, guess), longest.value)
     return longest.value * 0.1
 
 

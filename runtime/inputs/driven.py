@@ -36,7 +36,10 @@ _PATH = ctypes.CFUNCTYPE(
     None, ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p
 )
 # Set anew, not taken over from the model: what belongs to its own kernels.
-_OWN = ("_kernels", "_machine_code", "_taylor", "_guards", "_all_guards", "_closed", "_starts", "_openings")
+_OWN = (
+    "_kernels", "_machine_code", "_taylor", "_lane_kernels", "_guards", "_all_guards", "_closed", "_starts",
+    "_openings",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
