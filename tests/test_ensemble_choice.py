@@ -96,10 +96,10 @@ def test_trials_take_their_share(monkeypatch):
     for n in (64, 200, 1000):
         steps.clear()
         e = system.ensemble(10.0, n=n, seed=1, rtol=1e-8, start={"theta1": uniform(1.37, 1.77)})
-        assert len(steps) == 3
-        assert (
-            sum(steps) < 0.08 * e.verdicts.steps.sum()
-        )  # series of low order take more steps than the chosen
+        assert len(steps) in (3, 4)  # the first is taken again where it was too short to tell
+        share = 0.08 * e.verdicts.steps.sum()  # series of low order take more steps than the chosen
+        short = [taken for taken in steps if taken < 1.1 * 8 * method_choice._TELLING_STEPS]
+        assert sum(steps) < share or len(short) == len(steps)
 
 
 def test_members_are_the_same_alone_and_in_other_processes():

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from symgen.runtime.code import compiler, engine
 from symgen.runtime.code import lower as straight_line
 from symgen.runtime.code.function_text import FunctionText, Lengths
-from symgen.runtime.code.modules import lower_function, lower_kernel, lower_setup
+from symgen.runtime.code.modules import lower_function, lower_kernel, lower_lanes, lower_setup
 from symgen.runtime.code.parse import MATH_FUNCTIONS
 from symgen.runtime.errors import ModuleError
 
@@ -503,3 +503,14 @@ def test_rows_are_done_several_passes_at_a_time():
     for text, wide in ((apart, 2), (beside, 1)):
         ir = lower_function(FunctionText("rhs", whole + text, Lengths(1, 1, 1)), "kernel").ir
         assert len(re.findall(r"define internal void @\S+\.8\(", ir)) == wide, text
+
+
+@pytest.mark.parametrize("lanes, divisions", [(0, 4), (1, 2), (8, 2)])
+def test_divisor_of_several_quotients_is_inverted_once_in_lanes(lanes, divisions):
+    text = (
+        "def rhs(t, y, p, out):\n    x0 = y[0]/y[1]\n    out[0] = x0*(y[2]/y[1])\n"
+        "    out[1] = 1.0/y[1]\n    out[2] = y[1]/y[3]\n"
+    )
+    function = FunctionText("rhs", text, LENGTHS)
+    lowered = lower_lanes(function, "kernel", 0, 0, lanes) if lanes else lower_function(function, "kernel")
+    assert lowered.ir.count("fdiv") == divisions

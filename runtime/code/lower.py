@@ -7,6 +7,7 @@ rest, which finds those values in an array (body).
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from typing import NoReturn
 
@@ -38,6 +39,7 @@ from symgen.runtime.graph.form import (
     T,
     Write,
 )
+from symgen.runtime.graph.nodes import Nodes
 
 # LLVM's time per line, be it an operation, a load or a store, grows with the length of a function.
 PIECE_LINES = 600
@@ -64,6 +66,7 @@ class StraightLine:
         self.lanes, self.number = lanes, lanes_type(lanes)
         self._align, self._element = 8 * max(lanes, 1), self.number
         self._pairs: dict[str, tuple[str, str]] = {}  # sine and cosine of an angle, in lanes
+        self._reciprocals: dict[str, str] = {}  # of divisors that several quotients have, in lanes
         self.operations = 0
         self.definitions: list[str] = []  # of functions that this code calls
         self.solvers: dict[str, str] = {}  # definitions of solvers, and what they need, by name
@@ -81,6 +84,14 @@ class StraightLine:
     def operation(self, instruction: str, left: str, right: str) -> str:
         """Write `instruction` (fadd, fsub, fmul, fdiv) and return its value."""
         return self._value(f"{instruction} {self.number} {left}, {right}")
+
+    def quotient(self, left: str, divisor: str) -> str:
+        """Write a quotient as a product with the reciprocal of its divisor, which is found once."""
+        one = self.constant(1.0)
+        if divisor not in self._reciprocals:
+            self._reciprocals[divisor] = self.operation("fdiv", one, divisor)
+        reciprocal = self.reuse(self._reciprocals[divisor])
+        return reciprocal if left == one else self.operation("fmul", left, reciprocal)
 
     def negative(self, value: str) -> str:
         """Write the change of sign, which also turns 0 to -0."""
@@ -351,6 +362,12 @@ _INSTRUCTIONS = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 _COMPARISONS = {"select": "olt", "select_le": "ole"}
 
 
+def _shared_divisors(nodes: Nodes) -> frozenset[int]:
+    """Divisors of several quotients: a division of vectors takes as long as a dozen products or more."""
+    uses = Counter(args[1] for op, args in zip(nodes.op, nodes.args, strict=True) if op == "div")
+    return frozenset(node for node, n in uses.items() if n > 1 and nodes.op[node] != "const")
+
+
 class ExpressionLowering:
     """What nodes stand for at the place in a function that is being lowered.
 
@@ -368,6 +385,7 @@ class ExpressionLowering:
     def __init__(self, function: FunctionText, part: str, lanes: int = 0):
         self._function, self._part, self._lanes = function, part, lanes
         self._nodes = function.form.nodes
+        self._shared_divisors = _shared_divisors(self._nodes) if lanes else frozenset()
         self._values: dict[int | str, str] = {}  # of nodes that a name stands for, and of names that are held
         self._outer: dict[int | str, str] = {}  # values of the code around a loop, while in the loop
         self._outer_code: StraightLine | None = None
@@ -422,7 +440,11 @@ class ExpressionLowering:
             left = args[left][0]
         value = self._lower(left)
         for part in reversed(spine):
-            value = self.code.operation(_INSTRUCTIONS[op[part]], value, self._lower(args[part][1]))
+            right = self._lower(args[part][1])
+            if op[part] == "div" and args[part][1] in self._shared_divisors:
+                value = self.code.quotient(value, right)
+            else:
+                value = self.code.operation(_INSTRUCTIONS[op[part]], value, right)
         return value
 
     def _local_place(self, array: str, place: Place) -> Place:

@@ -45,7 +45,7 @@ _SAMPLE = 8  # members: those of one turn of the lanes
 _SHARE = 0.05  # of the ensemble's work, for all trials together
 _TRIALS = 3
 _LONGEST_TRIAL = 20_000  # steps of a member
-_FEWEST_STEPS = 4.0  # of which a mean says something
+_TELLING_STEPS = 100  # of a trial: of fewer, those with which a run begins, which are shorter, are too many
 _ORDERS_APART = 4
 _CLEARLY = 1.05  # times less work before the explicit method gives way to a series, which has to be compiled
 # A member that takes so many times the steps of the sample's mean, and so many at least, is another kind of motion.
@@ -167,7 +167,8 @@ def choose_once(
     settings = settings_of(EXPLICIT)
     if settings is None:
         return None
-    # All trials together take no more than their share, if trials with other methods take as long as the first one.
+    # All trials together take no more than their share, if trials with other methods take as long as the first one,
+    # or some steps that tell.
     span = (single.t_end - single.t_start) * min(1.0, _SHARE * sample.of / (_TRIALS * len(sample.starts)))
     settings = replace(
         settings,
@@ -175,7 +176,12 @@ def choose_once(
         frame_times=np.zeros(0),
         max_steps=min(settings.max_steps, _LONGEST_TRIAL),
     )
-    explicit, ends = _tried(system, settings, sample, _step_of_explicit(system), single.t_end)
+    each = _step_of_explicit(system)
+    explicit, ends = _tried(system, settings, sample, each, single.t_end)
+    longer = _telling_end(settings, explicit, single)
+    if longer > settings.t_end:
+        settings = replace(settings, t_end=longer)
+        explicit, ends = _tried(system, settings, sample, each, single.t_end)
     if not np.isfinite(explicit.cost).any():
         return None
     trials = [explicit, *_series(system, settings, settings_of, sample, single, driven)]
@@ -240,6 +246,14 @@ def _tried(
         whole = np.where(ended, np.maximum(steps, 1.0), per_second * (t_end - settings.t_start))
     trial = _Trial(settings.method, settings.order, np.where(went, whole, np.nan), each)
     return trial, np.hstack([t[:, None], result.end])
+
+
+def _telling_end(settings: BatchSettings, trial: _Trial, single: RunOptions) -> float:
+    """Where trials have to end to take steps that tell, if those of this one go on like that."""
+    if not np.isfinite(trial.steps).any():
+        return settings.t_end
+    span = single.t_end - single.t_start
+    return single.t_start + span * min(1.0, _TELLING_STEPS / float(np.nanmean(trial.steps)))
 
 
 def _events_of_step(system: System, numbers: int) -> float:
