@@ -16,8 +16,11 @@ from typing import Any
 from symgen.runtime.abi import ABI, JUMP, MARKS, N_WATCHED, SOLIDS, required_functions
 from symgen.runtime.errors import ModuleError
 from symgen.runtime.graph.layouts import BASE_PARAMETERS, FRAME_FUNCTIONS, LATE, ROBOT_FUNCTIONS
+from symgen.runtime.lazy import Late
 from symgen.runtime.module_check import verified
 from symgen.runtime.module_source import SOLVERS, ModuleSource
+
+json = Late("json")  # for large headers only
 
 _LARGEST = 1 << 26  # values that one function hoists, sizes of a body
 _COUNTS = ("nq", "nv", "nh", "nn", "nw")
@@ -443,11 +446,45 @@ def _header_span(file: str, text: str) -> tuple[int, int]:
     return found.end(), close.end()
 
 
+_LARGE_HEADER = (
+    200_000  # characters from which on Python's parser takes long, and a hundred times their memory
+)
+_RECORD_LISTS = re.compile(r'^    "(\w+)": \[\n((?:        \{.*\},\n)+)    \],$', re.MULTILINE)
+_WORD = re.compile(r"True|False|None")
+_LONE_WORD = re.compile(r'(?<=": )(?:True|False|None)(?=[,}])')
+_JSON = {"True": "true", "False": "false", "None": "null"}
+_NOT_THE_SAME = re.compile(r"\\|\b(?:true|false|null|NaN|Infinity)\b|\"\"\"|'''")
+
+
+def _literal(text: str) -> Any:
+    """The value of a literal; of a large header, lists of records are read as the JSON that they nearly are."""
+    if len(text) < _LARGE_HEADER or _NOT_THE_SAME.search(text):
+        return ast.literal_eval(text)
+    found: dict[str, list[Any]] = {}
+
+    def taken_out(block: re.Match[str]) -> str:
+        key, records = block.groups()
+        if text.count(f'\n    "{key}": ') > 1 or len(_WORD.findall(records)) != len(
+            _LONE_WORD.findall(records)
+        ):
+            return block.group()
+        try:
+            found[key] = json.loads(
+                f"[{_LONE_WORD.sub(lambda word: _JSON[word.group()], records.rstrip()[:-1])}]"
+            )
+        except ValueError:
+            return block.group()
+        return f'    "{key}": [],'
+
+    header = ast.literal_eval(_RECORD_LISTS.sub(taken_out, text))
+    return header | found if isinstance(header, dict) else header
+
+
 def _header(file: str, text: str, start: int, end: int) -> dict[str, Any]:
     line, collecting = _line(text, start), gc.isenabled()
     gc.disable()  # half of the parser's time, for objects that all survive
     try:
-        header = ast.literal_eval(text[start:end])
+        header = _literal(text[start:end])
     except (ValueError, SyntaxError, TypeError, MemoryError, RecursionError) as error:
         cause = f"MODEL is not a literal ({error})" if str(error) else "MODEL is not a literal"
         raise ModuleError(file, f"line {line}", cause) from None

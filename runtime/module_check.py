@@ -97,36 +97,41 @@ def _compare(header: dict, written: dict[str, np.ndarray], texts: dict, prefix: 
 
     nq, nv, m = header["nq"], header["nv"], header["nh"] + header["nn"]
 
-    def pattern(name: str, rows: int, columns: int) -> np.ndarray:
-        found = np.zeros(rows * columns, dtype=bool)
-        found[written[name]] = True
-        return found.reshape(rows, columns)
+    # A pattern is an array of pairs (row, column): of a thousand bodies a matrix has millions of zeros.
+    def pattern(name: str, columns: int) -> np.ndarray:
+        return np.stack(np.divmod(written[name], columns))
+
+    def part(whole: np.ndarray, rows: slice, columns: slice) -> np.ndarray:
+        i, j = whole
+        inside = (rows.start <= i) & (i < rows.stop) & (columns.start <= j) & (j < columns.stop)
+        return np.stack((i[inside] - rows.start, j[inside] - columns.start))
 
     def agree(
         name: str, here: np.ndarray, there: np.ndarray, other: str, first: tuple[int, int], width: int
     ) -> None:
-        lacks = there & ~here
-        if lacks.any():
-            i, j = (int(k) for k in np.argwhere(lacks)[0])
+        lacks = np.setdiff1d(there[0] * width + there[1], here[0] * width + here[1])
+        if len(lacks):
+            i, j = divmod(int(lacks[0]), width)
             place = (first[0] + i) * width + first[1] + j
             meaning = result_label(header, name.removeprefix(CLOSED), place)
             texts[name].refuse(1, f"out[{place}] ({meaning}) is never written, but {other} has it")
 
-    mass = pattern("mass_matrix", nv, nv)
+    mass = pattern("mass_matrix", nv)
     if not prefix:
-        agree("mass_matrix", mass, mass.T, "its mirror image", (0, 0), nv)
+        agree("mass_matrix", mass, mass[::-1], "its mirror image", (0, 0), nv)
     jacobian = prefix + "residual_jacobian"
     if jacobian not in written:  # it is held against these when it comes
         return
     width = nq + 2 * nv + m
-    whole = pattern(jacobian, nv + m, width)
-    by_a, by_lam = slice(nq + nv, nq + 2 * nv), slice(nq + 2 * nv, None)
+    whole = pattern(jacobian, width)
+    above, below = slice(0, nv), slice(nv, nv + m)
+    by_a, by_lam = slice(nq + nv, nq + 2 * nv), slice(nq + 2 * nv, width)
     if not prefix:
-        agree("mass_matrix", mass, whole[:nv, by_a], f"{jacobian!r}", (0, 0), nv)
-    agree(jacobian, whole[:nv, by_a], mass, "'mass_matrix'", (0, nq + nv), width)
+        agree("mass_matrix", mass, part(whole, above, by_a), f"{jacobian!r}", (0, 0), nv)
+    agree(jacobian, part(whole, above, by_a), mass, "'mass_matrix'", (0, nq + nv), width)
     if m:
         name = prefix + "constraint_jacobian"
-        G = pattern(name, m, nv)
-        agree(name, G, whole[nv:, by_a], f"{jacobian!r}", (0, 0), nv)
-        agree(jacobian, whole[nv:, by_a], G, f"{name!r}", (nv, nq + nv), width)
-        agree(jacobian, whole[:nv, by_lam], G.T, f"{name!r}", (0, nq + 2 * nv), width)
+        G = pattern(name, nv)
+        agree(name, G, part(whole, below, by_a), f"{jacobian!r}", (0, 0), nv)
+        agree(jacobian, part(whole, below, by_a), G, f"{name!r}", (nv, nq + nv), width)
+        agree(jacobian, part(whole, above, by_lam), G[::-1], f"{name!r}", (0, nq + 2 * nv), width)

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from symgen.runtime.robot import Robot
 
     from .derive.program import Program
+    from .emit.stretched import Stretched
     from .model.description import Description
     from .model.model import Model
 
@@ -39,6 +40,7 @@ running = Late("symgen.runtime.robot")
 methods = Late("symgen.runtime.integrate.methods")
 subsystems = Late("symgen.derive.scenes.subsystems")
 module = Late("symgen.emit.module")
+stretched = Late("symgen.emit.stretched")
 toml_text = Late("symgen.model.toml_text")
 
 _GENERATOR = ("model", "derive", "emit")  # folders whose sources decide what a generated module says,
@@ -79,6 +81,7 @@ class DerivedModel:
     is_part: bool = False
 
 
+_MANY_COORDINATES = 600  # from which on a model may be one that shorter ones say all of
 _LARGE_TEXT = 1_000_000  # characters of a module whose derivation is worth a search for what it left behind
 
 
@@ -269,19 +272,23 @@ def _derived_text(
     description: Description, source: str | None = None, jacobian: bool = False, on_demand: bool = False
 ) -> DerivedModel:
     checked = time.perf_counter()
+    long = None
+    if not jacobian and len(description.coordinates) >= _MANY_COORDINATES:
+        long = stretched.long_model(description, source or "", LATE if on_demand else ())
     try:
-        program = subsystems.derive(description, source or "", jacobian, on_demand)
+        program = long or subsystems.derive(description, source or "", jacobian, on_demand)
     except ModelError as error:
         raise error.located(file=f"model '{description.name}'") from None
     derived = time.perf_counter()
-    text = module.emit(program)
+    text = module.emit(program) if long is None else long.text
     if source is None:
         source = program.header["source"] = _hash(text.encode())
         text = text.replace('"source": ""', f'"source": "{source}"', 1)
     made = _derived_model(program, text, {"check": 0.0, "derive": derived - checked, "emit": 0.0})
     # Of large models the graph takes more memory than anything else, and reading the text needs much, too.
-    del program
-    if len(text) > _LARGE_TEXT:
+    leaves_much = len(text) > _LARGE_TEXT and long is None
+    del program, long
+    if leaves_much:
         gc.collect()  # the collector is paused meanwhile, and derivations refer to themselves
     _check_readable(text, made.name)
     made.seconds["emit"] = time.perf_counter() - derived
@@ -299,7 +306,7 @@ def _check_readable(text: str, name: str) -> None:
         ) from None
 
 
-def _derived_model(program: Program, text: str, seconds: dict[str, float]) -> DerivedModel:
+def _derived_model(program: Program | Stretched, text: str, seconds: dict[str, float]) -> DerivedModel:
     head = program.header
     sizes = {key: head[key] for key in ("nq", "nv", "nh", "nn", "nw")}
     return DerivedModel(

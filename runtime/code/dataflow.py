@@ -5,6 +5,7 @@ One pass over its form. Loops are followed through their index tables, element b
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import NoReturn
 
@@ -122,7 +123,7 @@ class _Pass:
     def __init__(self, function: FunctionText, call_it: Callable[[int], str]) -> None:
         self.function, self.call_it = function, call_it
         self.arrays: dict[str, _Array] = {}
-        self.written = np.zeros(function.lengths.out, dtype=np.int32)
+        self.written: set[int] = set()  # not an array: most of a large matrix is zeros, which are left out
         self.now = 0
         self.line = 1
 
@@ -136,12 +137,12 @@ class _Pass:
             else:
                 self._statement(statement)
         if not sparse:
-            missing = np.flatnonzero(self.written == 0)
-            if len(missing):
+            missing = [k for k in range(self.function.lengths.out) if k not in self.written]
+            if missing:
                 more = f", and {len(missing) - 1} others" if len(missing) > 1 else ""
                 self.line = 1
-                self.refuse(f"{self._result(int(missing[0]))} is never written{more}")
-        return np.flatnonzero(self.written)
+                self.refuse(f"{self._result(missing[0])} is never written{more}")
+        return np.array(sorted(self.written), dtype=np.int64)
 
     def _result(self, place: int) -> str:
         meaning = self.call_it(place)
@@ -155,10 +156,10 @@ class _Pass:
             return
         if kind is Write and statement.array == OUT and not statement.reads:
             place = statement.place.first
-            self.written[place] += 1
-            if self.written[place] > 1:
+            if place in self.written:
                 self.line = statement.line
                 self.refuse(f"{self._result(place)} is written twice")
+            self.written.add(place)
             return
         self.line = statement.line
         if kind is Array:
@@ -197,10 +198,13 @@ class _Pass:
     def _write(self, array: str, places: np.ndarray, moments: np.ndarray, count: int = 1) -> None:
         """Note what a statement writes in `count` passes: to a place for each, or to one again and again."""
         if array == OUT:
-            np.add.at(self.written, places, 1 if len(places) == count else 2)
-            if self.written[places].max() > 1:
-                place = int(places[np.argmax(self.written[places])])
-                self.refuse(f"{self._result(place)} is written twice")
+            found = places.tolist()
+            new = set(found)
+            if not len(new) == len(found) == count or not new.isdisjoint(self.written):
+                times = Counter(found)
+                times.update(new & self.written)
+                self.refuse(f"{self._result(max(found, key=times.__getitem__))} is written twice")
+            self.written |= new
             return
         known = self.arrays[array]
         if known.is_factored:

@@ -20,20 +20,38 @@ ABI = 1
 
 def header(d: Description, derivation: Derivation, source: str, operations: dict[str, int]) -> dict[str, Any]:
     """The `MODEL` dictionary of the ABI (docs/abi.md)."""
-    rates, movement = with_rates(d).rates, Movement(d)
+    records = own_records(d)
     return {
         "abi": ABI,
         "generator": f"symgen {__version__}",
         "source": source,
+        **{key: records.pop(key) for key in ("name", "description", "nq", "nv", "nh", "nn")},
+        "nw": 0 if derivation.conservative else 1,
+        "coordinates": records.pop("coordinates"),
+        "quaternions": [k for k, _ in derivation.x.quaternions],
+        **records,
+        "structure": structure(derivation).flags,
+        "operations": operations,
+        "run": dict(d.run),
+        **dependence(derivation.dependent),
+        **_balances(d),
+        **({"sensed": True} if has_sensed_outputs(d) else {}),
+        **({"starts": True} if has_formulas(d) else {}),
+        **_states(d, with_rates(d).rates),
+    }
+
+
+def own_records(d: Description) -> dict[str, Any]:
+    """What the header says of a description alone: names, sizes, and what there is one by one."""
+    rates, movement = with_rates(d).rates, Movement(d)
+    return {
         "name": d.name,
         "description": d.description,
         "nq": len(d.coordinates),
         "nv": len(rates),
         "nh": len(d.constraints),
         "nn": len(d.velocity_constraints),
-        "nw": 0 if derivation.conservative else 1,
         "coordinates": [_value(c.name, c.unit, c.start, c.guess) for c in d.coordinates],
-        "quaternions": [k for k, _ in derivation.x.quaternions],
         "rates": [_value(r.name, r.unit, r.start, r.guess) for r in rates],
         "parameters": [_parameter(p) for p in d.parameters],
         "inputs": [_input(u) for u in d.inputs],
@@ -42,14 +60,6 @@ def header(d: Description, derivation: Derivation, source: str, operations: dict
         "outputs": [{"name": name, "unit": d.units_of_outputs.get(name, "")} for name, _ in d.outputs],
         "events": [_event(e) for e in d.events],
         "bodies": [_body(b, movement) for b in d.bodies],
-        "structure": structure(derivation).flags,
-        "operations": operations,
-        "run": dict(d.run),
-        **dependence(derivation.dependent),
-        **_balances(d),
-        **({"sensed": True} if has_sensed_outputs(d) else {}),
-        **({"starts": True} if has_formulas(d) else {}),
-        **_states(d, rates),
     }
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 from symgen.derive.rolling import OUT, schedule
 from symgen.runtime.graph.functions import IN_CODE
@@ -42,9 +43,15 @@ class FunctionText(Shared):
     """
 
     def __init__(
-        self, program: Program, name: str, names: dict[tuple[int, int], str], tables: Tables
+        self,
+        program: Program,
+        name: str,
+        names: dict[tuple[int, int], str],
+        tables: Tables,
+        by_loops: bool = False,
     ) -> None:
         super().__init__(program.header, names, tables)
+        self.by_loops = by_loops
         if any(part.function(name) for part in program.parts):
             kinds = reductions(name, program.sizes)
             self.totals = {place: f"e{k}" for k, place in enumerate(kinds)}
@@ -77,9 +84,9 @@ class FunctionText(Shared):
         elif function.name == "solve" and not g.front_plans:  # only series call it, and they take no arrays
             smallest = math.inf
         size = n_nodes + len(function.outputs)
-        if size >= smallest:
+        if size >= smallest or self.by_loops:
             found = schedule(g, function.written())
-            in_turns = size >= SMALLEST_IN_TURNS or function.name in OBSERVERS
+            in_turns = size >= SMALLEST_IN_TURNS or self.by_loops or function.name in OBSERVERS
             if found.is_short(in_turns) or any(g.op[node] in fronts.TEXT for node in found.clusters.solves):
                 return RolledSection(self, g, function, found)
         return Section(self, g, function)
@@ -105,40 +112,72 @@ class FunctionText(Shared):
         self.read_once.update(args for s in self._written for args in s.shared_parameters())
 
 
+@dataclass(frozen=True)
+class Pieces:
+    """A module's text but for its header: lines of imports, index tables with their names, solvers and functions.
+
+    `hoisted` counts the values that each function makes from parameters alone.
+    """
+
+    imports: tuple[str, ...]
+    hoisted: dict[str, int]
+    tables: dict[tuple[int, ...], str]
+    functions: tuple[str, ...]
+
+
 def emit(program: Program) -> str:
     """The text of the generated module.
 
     The text is a function of the program alone: no dates, paths or hashes of the process.
     """
+    return assembled(program.header, pieces(program))
+
+
+def pieces(program: Program, by_loops: bool = False) -> Pieces:
+    """What stands in a module beside its header.
+
+    Parameters
+    ----------
+    program : Program
+    by_loops : bool
+        Whether loops are tried for short functions, too: the program stands for a longer one.
+    """
     names = _variable_names(program)
     tables = Tables()
-    functions = {name: FunctionText(program, name, names, tables) for name in program.names()}
+    functions = {name: FunctionText(program, name, names, tables, by_loops) for name in program.names()}
     functions |= _closed_functions(program, tables)
     used = sorted({name for function in functions.values() for name in function.calls})
     of_math = [name for name in used if IN_CODE[name].value is getattr(math, name, None)]
     of_numpy = [name for name in used if name not in of_math]
     solvers = [DECORATOR + TEXT[name] for name in TEXT if any(name in f.solvers for f in functions.values())]
-    hoisted = {name: function.n_hoisted for name, function in functions.items() if function.n_hoisted}
-    head = _with_hoisted(program.header, hoisted)
+    return Pieces(
+        (
+            *([f"from math import {', '.join(of_math)}", ""] if of_math else []),
+            "from numba import njit",
+            *([f"from numpy import {', '.join(of_numpy)}"] if of_numpy else []),
+        ),
+        {name: function.n_hoisted for name, function in functions.items() if function.n_hoisted},
+        tables.names,
+        (*solvers, *("\n".join(f.lines) + "\n" for f in functions.values())),
+    )
+
+
+def assembled(head: dict, made: Pieces) -> str:
+    """The text of a module."""
+    head = _with_hoisted(head, made.hoisted)
     parts = [
         f'"""{_one_line(head["name"])}: equations of motion, written by {head["generator"]}. Do not edit.',
         "",
         f"{_one_line(head['description'])}" if head["description"] else "No description.",
         '"""',
         "",
-        *([f"from math import {', '.join(of_math)}", ""] if of_math else []),
-        "from numba import njit",
-        *([f"from numpy import {', '.join(of_numpy)}"] if of_numpy else []),
+        *made.imports,
         "",
         *_header_lines(head),
-        *(f"{name} = {_tuple(places)}" for places, name in tables.names.items()),
+        *(f"{name} = {_tuple(places)}" for places, name in made.tables.items()),
         "",
     ]
-    return (
-        "\n".join(parts)
-        + "\n"
-        + "\n\n".join([*solvers, *("\n".join(f.lines) + "\n" for f in functions.values())])
-    )
+    return "\n".join(parts) + "\n" + "\n\n".join(made.functions)
 
 
 def _closed_functions(program: Program, tables: Tables) -> dict[str, FunctionText]:

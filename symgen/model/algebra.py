@@ -179,17 +179,17 @@ def postorder(roots: Iterable[Any], seen: set[int] | None = None) -> list[Any]:
     """
     seen = set() if seen is None else seen
     order: list[Any] = []
-    stack: list[tuple[Any, bool]] = [(root, False) for root in reversed(list(roots))]
+    stack: list[Any] = list(roots)
+    stack.reverse()
     while stack:
-        node, done = stack.pop()
-        if done:
-            order.append(node)
+        node = stack.pop()
+        if node is None:  # all below the one under it is done
+            order.append(stack.pop())
         elif id(node) not in seen:
             seen.add(id(node))
             arguments = node.args
             if arguments:
-                stack.append((node, True))
-                stack += [(x, False) for x in reversed(arguments) if id(x) not in seen]
+                stack += (node, None, *arguments[::-1])
             else:
                 order.append(node)
     return order

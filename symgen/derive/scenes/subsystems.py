@@ -5,7 +5,7 @@ Outputs, events, resets and marks of a scene: they look at several subsystems, w
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import replace
 
 from symgen.model.algebra import postorder
@@ -172,6 +172,18 @@ def derive(
     head |= {"structure": _flags(derivations), "subsystems": _records(parts)}
     head |= mark_records(drawn) | term_count(watching) | pipeline.solves(program)
     return _with_savings(replace(program, header=head, findings=(*_findings(parts, derivations),)))
+
+
+def derive_whole(description: Description, late: Collection[str], gathered: bool = True) -> Program:
+    """Derive a model that is no scene of several subsystems, with findings on what its structure saves.
+
+    Parameters
+    ----------
+    description : Description
+    late, gathered
+        As of `pipeline.derive`.
+    """
+    return _with_savings(pipeline.derive(description, late=late, gathered=gathered))
 
 
 def _parts(kinds: list[list[Component]], derivations: list[Derivation]) -> tuple[Part, ...]:
