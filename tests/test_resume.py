@@ -260,8 +260,10 @@ def test_a_killed_run_goes_on_from_its_recording(tmp_path, number):
     if before.status == "success":
         pytest.skip("the run was over before it could be killed")
     t_end = Resumed(cut).t + 5.0
-    assert symgen("run", "--resume", cut, "--t-end", t_end).exit_code == 0
-    assert symgen("run", "pendulum", "--t-end", t_end, *_OPTIONS, "--log", whole).exit_code == 0
+    resumed = symgen("run", "--resume", cut, "--t-end", t_end)
+    uninterrupted = symgen("run", "pendulum", "--t-end", t_end, *_OPTIONS, "--log", whole)
+    # Fast machines come so far until it is killed that the energy has drifted by more than its limit.
+    assert resumed.exit_code == uninterrupted.exit_code and resumed.exit_code in (0, 3), resumed.output
     first, second = read_recording(whole), read_recording(cut)
     assert second.complete and second.t[-1] == t_end
     assert first.t.tobytes() == second.t.tobytes() and first.states.tobytes() == second.states.tobytes()
