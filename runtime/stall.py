@@ -23,6 +23,7 @@ _STEPS, _EVENTS = (
     1000,
     100,
 )  # that a window has at least: few steps may be slow ones of a large model, and grow
+_MOST_IN_A_STEP = 100  # events of each kind within one fixed step: a step far longer than what goes on
 _TOO_LONG = 1e6  # [s] of processor time for the rest of the run
 _DAY = 86400.0
 _SQUARED = 1e150  # squares of what is larger, as in energies and norms, are beyond the numbers there are
@@ -39,6 +40,7 @@ class StallWatch:
     def __init__(self, run: RunState):
         self._run, self._slow, self._since = run, 0, time.perf_counter()
         self._began: tuple[float, float, int, int] | None = None  # most runs are over before there is one
+        self._step_began: tuple[float, int] = -np.inf, 0  # time, and events until then
 
     def _mark(self) -> tuple[float, float, int, int]:
         actions = self._run.actions
@@ -50,6 +52,8 @@ class StallWatch:
         if time.perf_counter() - self._since < _WINDOW:
             return ""  # nor was more processor time spent, which takes longer to ask for
         now = self._mark()
+        if self._events_in_a_step(now[1], now[3]):
+            return self._of_events()
         if self._began is None:
             self._began, self._since = now, time.perf_counter()
             return ""
@@ -71,6 +75,15 @@ class StallWatch:
             return ""
         seconds = left / t if t > 0.0 else np.inf
         return self._of_events() if events >= 0.5 * steps else self._sentence(seconds, t / max(steps, 1))
+
+    def _events_in_a_step(self, t: float, events: int) -> bool:
+        """Whether events follow each other so fast that a fixed step goes over hundreds of them."""
+        run = self._run
+        began, before = self._step_began
+        if run.method.adaptive or not t - began < run.arrays.fixed_step:
+            self._step_began = t, events
+            return False
+        return events - before > _MOST_IN_A_STEP * max(1, len(run.system.events))
 
     def _beyond_squares(self) -> str:
         """The sentence where the state is so large that nothing is computed well of it any more, else ''."""
