@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 
 from symgen import Model, dot, sqrt
 from symgen.errors import ModelError
+from symgen.runtime.checks.held import held
 
 G = 9.81
 
@@ -261,6 +262,40 @@ def test_friction_by_stribeck_sticks_and_slips_as_phases_say(method, tolerance, 
     assert len(times) >= 6
     np.testing.assert_allclose(events, times, atol=tolerance)
     assert abs(run["x"][-1] - end) < tolerance
+
+
+@pytest.mark.parametrize("weighed", [False, True])
+def test_what_sticks_beyond_its_limit_is_flagged(weighed):
+    """A block that is pushed with 3t slips at 2 N; that it had stuck on is said, by no other check."""
+    m = Model("pushed", gravity=(0, -G))
+    x, y = m.coordinate("x", start=0.0, rate=0.0), m.coordinate("y", start=0.0)
+    m.body("block", mass=1.0, com=(x, y))
+    m.force(x, "3*t")
+    m.stop("floor", y)
+    level = {"coefficient": 2.0 / G, "normal": "floor"} if weighed else {"force": 2.0}
+    m.friction("ground", coordinate=x, **level)
+    run = m.derive().run(t_end=1.0, method="dop853")
+    entry = held(run)
+    assert entry.ok and run.ok and run.forms.index[-1] > 0
+    run.forms.index[:] = 0
+    entry = held(run)
+    assert not entry.ok and entry.value == pytest.approx(
+        0.5, abs=0.02
+    )  # the last frame may lie before a jump
+    assert "friction 'ground'" in entry.says and "beyond what it can bear" in entry.says
+
+
+def test_a_closed_stop_that_pulls_is_flagged():
+    """A block that is pulled up with 20t takes off where that is its weight."""
+    m = Model("lifted", gravity=(0, -G))
+    y = m.coordinate("y", start=0.0)
+    m.body("block", mass=1.0, com=(0, y))
+    m.force(y, "20*t")
+    m.stop("floor", y)
+    run = m.derive().run(t_end=1.0, method="dop853")
+    assert run.ok and held(run).ok
+    run.forms.index[:] = 0
+    assert not held(run).ok and "stop 'floor'" in held(run).says
 
 
 def test_what_sticks_has_a_force_of_its_own_where_sliding_knows_how_fast():

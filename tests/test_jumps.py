@@ -116,6 +116,16 @@ def test_fixed_steps_run_over_jumps():
     np.testing.assert_allclose(run.q[:, 0], swing(run.t), atol=1e-2)
 
 
+def test_a_fixed_step_over_hundreds_of_events_ends_with_the_reason(monkeypatch):
+    """Each turn of a mass that rubs ends a step; here ten thousand of them lie in one."""
+    monkeypatch.setattr("symgen.runtime.stall._WINDOW", 0.1)
+    model = mass("-1e8*x")
+    model.friction("floor", coordinate="x", force=1e-3)
+    run = model.derive().run(t_end=6.0, method="rk4", step=3.0)
+    assert run.status == "failed" and "events of floor follow each other without end" in run.message
+    assert "shorten --step" in run.message
+
+
 def test_a_run_that_does_not_get_on_ends_with_the_reason(monkeypatch):
     """A spring of 1e16 N/m makes an explicit method crawl."""
     monkeypatch.setattr("symgen.runtime.stall._WINDOW", 0.1)

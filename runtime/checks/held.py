@@ -31,9 +31,8 @@ def held(solution: Solution) -> HealthCheck:
     layout = Layout(system)
     settings = forms.settings[forms.index]
     holds = (settings[:, layout.closed] != 0.0).any(axis=1) | (settings[:, layout.stuck] != 0.0).any(axis=1)
-    holds[:-1] &= (
-        forms.index[1:] == forms.index[:-1]
-    )  # where forces jump a frame may have what is held until then
+    # Where forces jump a frame may have what is held until then.
+    holds[:-1] &= forms.index[1:] == forms.index[:-1]
     rows = np.flatnonzero(holds)
     rows = rows[sample_rows(len(rows), _FRAMES)]
     if not len(rows):
@@ -41,20 +40,20 @@ def held(solution: Solution) -> HealthCheck:
             "held", 0.0, _LIMIT, "no frame has a stop that is closed or a friction that sticks", ""
         )
     t, states = solution.t[rows], solution.states[rows]
-    beyond, able = _beyond(solution, rows, states)
     # How well forces are known: what they are where states are off by what the tolerances of the run allow.
     n = system.nq + system.nv
     moved = states.copy()
     sizes = np.abs(states[:, :n]).max(axis=0)
     moved[:, :n] += quasi_random(len(rows) * n).reshape(-1, n) * (solution.atol + solution.rtol * sizes)
-    there, _ = _beyond(solution, rows, moved)
+    found, able = _beyond(solution, np.tile(rows, 2), np.vstack([states, moved]))
+    beyond, there, able = found[: len(rows)], found[len(rows) :], able[: len(rows)]
     excess = beyond - _TOLERANCES * np.abs(there - beyond)
     parts = np.where(excess > 0.0, excess / np.where(able > 0.0, able, 1.0), 0.0)
     i, j = np.unravel_index(np.argmax(parts), parts.shape)
     switch = system.switches[j]
-    found = f"the force of {switch['kind']} {switch.get('circle', switch['name'])!r}"
+    what = f"the force of {switch['kind']} {switch.get('circle', switch['name'])!r}"
     objection = (
-        f"{found} at t = {t[i]:.6g} s is beyond what it can bear by {beyond[i, j]:.3g}: it is held by nothing; take "
+        f"{what} at t = {t[i]:.6g} s is beyond what it can bear by {beyond[i, j]:.3g}: it is held by nothing; take "
         "another method, and please report this model"
     )
     return limited(

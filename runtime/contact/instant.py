@@ -254,13 +254,13 @@ class Instant:
     def _gap_tolerances(self, here: LocalDynamics) -> np.ndarray:
         """How much of each gap the tolerances of the run leave open."""
         c, rows = self.arrays.control, np.abs(here.rows[: self.n_stops]).sum(axis=1)
-        sizes = here.sizes()[: self.n_stops]
+        sizes = here.sizes[: self.n_stops]
         return np.maximum(rows * (c[at.ATOL] + c[at.RTOL] * sizes), self._round_off(here))
 
     def _round_off(self, here: LocalDynamics) -> np.ndarray:
         """How large a gap may be and still be zero but for round-off."""
         rows = np.abs(here.rows[: self.n_stops]).sum(axis=1)
-        return _SURELY_SEEN * np.finfo(float).eps * rows * here.sizes()[: self.n_stops]
+        return _SURELY_SEEN * np.finfo(float).eps * rows * here.sizes[: self.n_stops]
 
     def _speed_tolerances(self, here: LocalDynamics) -> np.ndarray:
         c, v = self.arrays.control, self.arrays.y[self.system.nq : self.system.nq + self.system.nv]

@@ -95,9 +95,11 @@ def normal_forces(normals: list[Normal], forces: np.ndarray, multipliers: np.nda
 def parts_of(matrix: np.ndarray) -> list[np.ndarray]:
     """Return which rows and columns of a square matrix have to do with each other: a mask for each such part."""
     n = len(matrix)
-    joined = (matrix != 0.0) | (matrix.T != 0.0) | np.eye(n, dtype=bool)
-    if joined.all():
-        return [np.ones(n, dtype=bool)] if n else []
+    if n < 2:
+        return [np.ones(n, dtype=bool)] * n
+    joined = matrix != 0.0
+    joined |= joined.T
+    np.fill_diagonal(joined, val=True)
     parts, left = [], np.ones(n, dtype=bool)
     while left.any():
         part = joined[np.argmax(left)]
@@ -194,6 +196,7 @@ class ContactEquations:
         self.system, self.own = system, list(closed.switched)
         self.others = [row for row in range(closed.m) if row not in closed.switched]
         self._switches = list(closed.switched.values())
+        self.positions = Positions(system)
         self._aimed = system.n_settable + layout.aimed
         self._place: Place | None = None
 
@@ -224,6 +227,9 @@ class ContactEquations:
         if self._place is None or not self._place.is_of(*matrices):
             self._place = new
         return self._place
+
+
+_OF_ROWS = ("_parts", "sizes_of_free", "reached", "sizes")  # what is kept, but follows from the rows
 
 
 class LocalDynamics:
@@ -281,28 +287,34 @@ class LocalDynamics:
         """Accelerations of gaps and slidings, shape (n,), with all stops open and no friction sticking."""
         return self._solution.free
 
-    @property
+    @functools.cached_property
+    def _parts(self) -> list[np.ndarray]:
+        return parts_of(self.compliance)
+
+    @functools.cached_property
     def sizes_of_free(self) -> np.ndarray:
         """The largest of `free` among all rows that each has to do with, shape (n,): what small is small beside."""
         sizes = np.zeros(len(self.rows))
-        for part in parts_of(self.compliance):
+        for part in self._parts:
             sizes[part] = np.abs(self.free[part]).max()
         return sizes
 
-    @property
+    @functools.cached_property
     def reached(self) -> np.ndarray:
         """Which rates each gap or sliding speed is made of, or forces on it move, shape (n, nv)."""
         return (self.rows != 0.0) | (self._solution.responses.T != 0.0)
 
+    @functools.cached_property
     def sizes(self) -> np.ndarray:
-        """Return what counts as large in each gap, shape (n,): the largest of the coordinates that it is made of, or 1.
+        """What counts as large in each gap, shape (n,): the largest of the coordinates that it is made of, or 1.
 
         Errors of others come to these by constraints alone; of many of these, all.
         """
         system = self._equations.system
-        coordinates = Positions(system).per_rate(np.abs(self.state[: system.nq]), 1.0)
-        if len(self._constraints) > _FEW:
-            return np.full(len(self.rows), coordinates.max(initial=1.0))
+        coordinates = self._equations.positions.per_rate(np.abs(self.state[: system.nq]), 1.0)
+        largest = coordinates.max(initial=1.0)
+        if largest == 1.0 or len(self._constraints) > _FEW:
+            return np.full(len(self.rows), largest)
         made_of, tied = self.rows != 0.0, self._constraints != 0.0
         for _ in self._constraints:
             wider = made_of | (made_of @ tied.T) @ tied
@@ -321,9 +333,9 @@ class LocalDynamics:
         """
         system = self._equations.system
         q, v = np.abs(self.state[: system.nq]), np.abs(self.state[system.nq :])
-        sizes = np.maximum(np.maximum(1.0, Positions(system).per_rate(q, 1.0)), v)
+        sizes = np.maximum(np.maximum(1.0, self._equations.positions.per_rate(q, 1.0)), v)
         speeds = np.maximum(np.abs(rates), np.abs(change))
-        together = [self.reached[part].any(axis=0) for part in parts_of(self.compliance)]
+        together = [self.reached[part].any(axis=0) for part in self._parts]
         alone = ~np.any(together, axis=0) & (speeds > 0.0)
         times = [sizes[part].max() / speeds[part].max() for part in together if speeds[part].any()]
         return float(min([*times, *(sizes[alone] / speeds[alone])], default=1.0))
@@ -363,6 +375,8 @@ class LocalDynamics:
     def turned(self, rotation: np.ndarray) -> LocalDynamics:
         """Return the same with other rows: combinations of these, by an orthogonal matrix of shape (n, n)."""
         other, own = copy.copy(self), self._solution
+        for name in _OF_ROWS:
+            vars(other).pop(name, None)
         other.rotation = rotation
         other.rows, other.speeds = rotation @ self.rows, rotation @ self.speeds
         other._solution = own._replace(

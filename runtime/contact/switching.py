@@ -353,7 +353,7 @@ class Holding(Instant):
 
     def _later(self, here: LocalDynamics, forces: np.ndarray, ahead: float = _AHEAD) -> LocalDynamics:
         """The equations a moment later, on the way that some forces lead."""
-        system, nq = self.system, self.system.nq
+        nq = self.system.nq
         q, v, change = here.state[:nq], here.state[nq:], here.accelerations(forces)
         free = np.abs(here.accelerations(np.zeros(self.n))).max(initial=0.0)
         change = np.where(
@@ -362,7 +362,7 @@ class Holding(Instant):
         # Rates that are zero within the tolerances have no time of their own either.
         rates = np.where(np.abs(v) > float(self.arrays.control[at.ATOL]) + _ROUNDED, v, 0.0)
         ahead = ahead * here.moment(rates, change)
-        state = np.concatenate([Positions(system).retract(q, ahead * v), v + ahead * change])
+        state = np.concatenate([self.equations.positions.retract(q, ahead * v), v + ahead * change])
         return self.equations.at(self.arrays.p, here.t + ahead, state)
 
     def _share(self, here: LocalDynamics, others: np.ndarray, forces: np.ndarray) -> None:
@@ -568,7 +568,7 @@ class Switching(Holding):
             A stop is violated.
         """
         gaps, here = self._watched()[0], self._here()
-        for i in np.flatnonzero(gaps < -_VIOLATED * here.sizes()[: self.n_stops]):
+        for i in np.flatnonzero(gaps < -_VIOLATED * here.sizes[: self.n_stops]):
             raise RuntimeModelError(
                 f"stop {self.names[i]!r} is violated at the start: its gap is {gaps[i]:.6g}; give a start at which it "
                 "is zero or more"
