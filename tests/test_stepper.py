@@ -92,10 +92,11 @@ def test_steps_allocate_nothing_that_stays(cart_pole):
             stepper.step(0.01, inputs)
         return tracemalloc.get_traced_memory()[1] - begin
 
-    peak(10)
-    few, many = peak(10), peak(1000)
+    peak(100)
+    few, many = peak(100), peak(10_100)
     tracemalloc.stop()
-    assert many < few + 1000 < 20_000  # bytes
+    # A step that left anything behind would leave at least a float (24 bytes); an interpreter's own tables may grow once.
+    assert many < few + 10_000 < 30_000  # bytes
 
 
 def test_what_needs_a_run_is_refused(cart_pole):

@@ -123,6 +123,7 @@ class Settling:
 
     def __init__(self, system: System, rtol: float, atol: float) -> None:
         self._system, self._closed, self._layout = system, system.closed, Layout(system)
+        self._positions = Positions(system)
         self._rtol, self._atol = rtol, atol
         self._first = system.n_settable
         self._on = np.array(list(self._closed.switched.values()), dtype=int)
@@ -289,7 +290,7 @@ class Settling:
         v = y[:, nq:]
         moving = np.where(np.abs(v) > self._atol + _ROUNDED, np.abs(v), 0.0)
         speeds = np.maximum(moving, np.abs(change))
-        of_rates = Positions(self._system).per_rate(np.abs(y[:, :nq]), 1.0)
+        of_rates = self._positions.per_rate(np.abs(y[:, :nq]), 1.0)
         sizes = np.maximum(np.maximum(1.0, of_rates), np.abs(v))
         reached = (here.rows[which, i] != 0.0) | (here.responses[which, i] != 0.0)
         own = [np.where(reached, values, 0.0).max(axis=1, keepdims=True) for values in (sizes, speeds)]
@@ -366,7 +367,7 @@ class Settling:
 
     def coordinates_of(self, rows: np.ndarray, y: np.ndarray) -> np.ndarray:
         """As `LocalDynamics.sizes`, shape (k, number of rows)."""
-        of_rates = Positions(self._system).per_rate(np.abs(y[:, : self._system.nq]), 1.0)
+        of_rates = self._positions.per_rate(np.abs(y[:, : self._system.nq]), 1.0)
         return np.where(rows != 0.0, of_rates[:, None], 0.0).max(axis=2, initial=1.0)
 
     def _slow(self, rows: np.ndarray, y: np.ndarray) -> np.ndarray:
