@@ -415,9 +415,19 @@ def _rod_to_rod(a: Rod, b: Rod) -> Places:
             yield other, place, radius
 
 
+def _rod_to_block(a: Rod, b: Block) -> Places:
+    """In a plane, a rod that does not cross a box is nearest to it at one of two ends, or at one of four corners."""
+    for end in a.ends:
+        yield from _ball_to_block(end, b)
+    for corner, _ in b.corners():
+        for place, other, radius in _ball_to_rod(Ball(corner, algebra.ZERO), a):
+            yield other, place, radius
+
+
 _NEAREST: Mapping[tuple[type, type], Callable[[Any, Any], Places]] = {
     (Ball, Ball): _ball_to_ball,
     (Ball, Rod): _ball_to_rod,
     (Ball, Block): _ball_to_block,
     (Rod, Rod): _rod_to_rod,
+    (Rod, Block): _rod_to_block,  # in a plane
 }

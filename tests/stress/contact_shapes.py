@@ -1,7 +1,8 @@
 """Bodies of random shapes that are thrown on planes and on each other: `python -m tests.stress.contact_shapes`.
 
 Boxes, capsules, spheres and sets of them, planar and in space, with restitutions from 0 to 0.9, with and without
-friction, on level and leaning planes; and spheres and capsules that fall on capsules and boxes on a hinge. Each run is
+friction, on level and leaning planes; and spheres and capsules that fall on capsules and boxes on a
+hinge, in a plane capsules on boxes. Each run is
 judged by `thrown_bodies.py`, frame by frame and impact by impact, and against another method at a small tolerance, for
 as long as that method agrees with itself at a larger one. Boxes in space with one corner that touches at a time follow
 `tests/falling_bodies.py` as well. A run that is flagged though nothing speaks against it, and though the other method
@@ -26,8 +27,8 @@ from ..falling_bodies import Fall, box_corners
 from .scenario import DOUBTED, FLAGGED, REFUSED, RIGHT, WRONG
 from .thrown_bodies import FLOOR, TARGET_DAMPING, TARGET_INERTIA, Thrown, n_near, objection
 
-KINDS = ("planar", "space", "pair", "reference", "rods")
-_PAIRS = ("pair", "rods")  # a body on one on a hinge
+KINDS = ("planar", "space", "pair", "reference", "rods", "ledge")
+_PAIRS = ("pair", "rods", "ledge")  # a body on one on a hinge
 METHOD_NAMES = ("dop853", "taylor", "radau5", "rk4", "gauss8", "bdf")
 _SPAN, _FPS = 0.6, 500  # s; between frames a direction of sliding is taken for its mean
 _STEP = 2e-4  # s, of fixed steps: a direction of sliding that begins is of second order in it
@@ -38,7 +39,7 @@ _TELLS = 1e-2  # allowed error, above which the other method does not tell
 
 def thrown(kind: str, rng: np.random.Generator) -> tuple[Model, Thrown]:
     """Return a model, and what its judge has to know."""
-    planar = kind == "planar"
+    planar = kind in ("planar", "ledge")
     e, mu = rng.choice([0.0, 0.3, 0.6, 0.9]), rng.choice([0.0, 0.2, 0.6])
     e, mu = (rng.choice([0.3, 0.6]), rng.choice([0.0, 0.3])) if kind == "reference" else (e, mu)
     law = {"restitution": float(e), **({"friction": float(mu)} if mu else {})}
@@ -54,7 +55,7 @@ def thrown(kind: str, rng: np.random.Generator) -> tuple[Model, Thrown]:
         ],
     }
     name = "box" if kind == "reference" else rng.choice(list(shapes))
-    name = {"pair": "sphere", "rods": "capsule"}.get(kind, name)
+    name = {"pair": "sphere", "rods": "capsule", "ledge": "capsule"}.get(kind, name)
     inertia = rng.uniform(0.5, 1.0, 3) * (sizes @ sizes) / 12
     turn, spin = rng.normal(size=4), rng.normal(size=3) * 5
     turn /= np.linalg.norm(turn)
@@ -77,12 +78,17 @@ def thrown(kind: str, rng: np.random.Generator) -> tuple[Model, Thrown]:
         m.joint("free", type="free", child="body", start=start, rate=rate)
     if kind in _PAIRS:
         # On what is fixed but for a hinge, off its middle.
-        target = shapes[rng.choice(["box", "capsule"])]
-        m.body("target", mass=2.0, inertia=[TARGET_INERTIA] * 3, shape=target)
-        m.joint("hinge", type="revolute", child="target", axis=[0, 1, 0], damping=TARGET_DAMPING)
+        target = shapes["box" if planar else rng.choice(["box", "capsule"])]
+        if planar:
+            swing = m.coordinate("swing", unit="rad")
+            m.body("target", mass=2.0, com=(0, 0), inertia=TARGET_INERTIA, angle=swing, shape=target)
+            m.dissipation(f"{TARGET_DAMPING / 2}*dot(swing)**2")
+        else:
+            m.body("target", mass=2.0, inertia=[TARGET_INERTIA] * 3, shape=target)
+            m.joint("hinge", type="revolute", child="target", axis=[0, 1, 0], damping=TARGET_DAMPING)
         m.contact("hit", body="body", other="target", **law)
         m.contact("floor", body="body", plane="floor", **law)
-        m.frame("floor", body="world", at=(0, 0, FLOOR))
+        m.frame("floor", body="world", at=(0, FLOOR) if planar else (0, 0, FLOOR))
         return m, replace(about, target=target)
     lean = float(rng.choice([0.0, 0.2])) if kind != "reference" else 0.0
     m.frame("plane", body="world", rpy=(0, 0, lean) if planar else (lean, 0, 0))

@@ -42,7 +42,8 @@ class Thrown:
         Of the contact; the angle of the plane to the level [rad].
     planar : bool
     target : dict, or None
-        The shape of a body on a hinge along y through the origin, which is hit as well; the plane lies lower then.
+        The shape of a body on a hinge through the origin, along y (planar ones z), which is hit as well; the plane lies
+        lower then.
     """
 
     shapes: list[dict]
@@ -58,6 +59,11 @@ class Thrown:
         """Of the plane."""
         tilted, up = np.sin(self.lean), np.cos(self.lean)
         return np.array([-tilted, up, 0.0]) if self.planar else np.array([0.0, -tilted, up])
+
+    @property
+    def axis(self) -> np.ndarray:
+        """Of the hinge of the target."""
+        return np.array([0.0, 0.0, 1.0] if self.planar else [0.0, 1.0, 0.0])
 
     @property
     def gravity(self) -> np.ndarray:
@@ -118,7 +124,7 @@ class Pose:
         """T + V [J]."""
         moving = MASS * self.velocity @ self.velocity + self.spin @ self.angular_momentum
         if self.thrown.target is not None:
-            moving += TARGET_INERTIA * self.v[6] ** 2
+            moving += TARGET_INERTIA * self.v[-1] ** 2
         return moving / 2 - MASS * self.thrown.gravity @ self.centre
 
     def contacts(self) -> list[tuple[float, np.ndarray, np.ndarray, np.ndarray]]:
@@ -130,12 +136,41 @@ class Pose:
             arm = turn.apply(place) - radius * normal
             found.append((height + arm @ normal, arm, normal, np.zeros(3)))
         if self.thrown.target is not None:
-            found.append(self._on_target())
+            found += self._ends_and_corners() if self.thrown.planar else [self._on_target()]
         return found
+
+    def _ends_and_corners(self) -> list[tuple[float, np.ndarray, np.ndarray, np.ndarray]]:
+        """In a plane a capsule and a box may lie flat on each other: each end, and each corner between the ends."""
+        radius, length = self.thrown.shapes[0]["capsule"]
+        halves, back = (
+            np.array(self.thrown.target["box"][:2]) / 2,
+            Rotation.from_rotvec(self.thrown.axis * self.q[-1]),
+        )
+        along, found = self.turn.apply([1.0, 0.0, 0.0]), []
+        for side in (-1, 1):
+            arm = side * length / 2 * along
+            here = back.inv().apply(self.centre + arm)
+            nearest = back.apply([*np.clip(here[:2], -halves, halves), 0.0])
+            found.append(self._met(arm, radius, nearest))
+        for corner in np.unique(box_corners((*(2 * halves), 0.0)), axis=0):
+            place = back.apply(corner)
+            s = (place - self.centre) @ along
+            found.append(self._met(s * along, radius, place))
+            if abs(s) >= length / 2:
+                found[-1] = (np.inf, *found[-1][1:])
+        return found
+
+    def _met(self, arm: np.ndarray, radius: float, nearest: np.ndarray):
+        """What `contacts` says of a place on the core of a capsule, and the nearest one of the target."""
+        apart = self.centre + arm - nearest
+        distance = float(np.linalg.norm(apart))
+        normal = apart / distance if distance > 1e-9 else self.thrown.normal
+        below = np.cross(self.thrown.axis * self.v[-1], nearest)
+        return distance - radius, arm - radius * normal, normal, below
 
     def _on_target(self) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
         """By bounded least squares over the cores of both shapes: what they are without their radius."""
-        hinge = Rotation.from_euler("y", self.q[7])
+        hinge = Rotation.from_rotvec(self.thrown.axis * self.q[-1])
         cores, radii = [], []
         for turn, shape in ((self.turn, self.thrown.shapes[0]), (hinge, self.thrown.target)):
             halves = np.diag(shape["box"]) / 2 if "box" in shape else np.zeros((3, 3))
@@ -148,10 +183,10 @@ class Pose:
         apart = self.centre + spanned @ shares
         distance = float(np.linalg.norm(apart))
         if distance < 1e-9:  # the cores cross: sunk, however it is measured
-            return -radii[0], np.zeros(3), np.array([0.0, 0.0, 1.0]), np.zeros(3)
+            return -sum(radii), np.zeros(3), self.thrown.normal, np.zeros(3)
         normal = apart / distance
         arm = cores[0] @ shares[: cores[0].shape[1]] - radii[0] * normal
-        below = np.cross([0.0, self.v[6], 0.0], self.centre + arm - (distance - sum(radii)) * normal)
+        below = np.cross(self.thrown.axis * self.v[-1], self.centre + arm - (distance - sum(radii)) * normal)
         return distance - sum(radii), arm, normal, below
 
     def slip(self, arm: np.ndarray, below: np.ndarray) -> np.ndarray:
@@ -265,9 +300,9 @@ def impact(blows: list, thrown: Thrown, size: float, again: bool) -> str:
     scale = LAW * size
     if np.abs(turned).max() > scale:
         return f"momentum is off by {np.abs(turned).max():.2g} Nms"
-    if thrown.target is not None and near[0] == len(all_before) - 1:
-        torque = np.cross(before.centre + arm, impulse)[1]
-        off = TARGET_INERTIA * (after.v[6] - before.v[6]) + torque
+    if thrown.target is not None and near[0] >= len(list(thrown.points())):
+        torque = np.cross(before.centre + arm, impulse) @ thrown.axis
+        off = TARGET_INERTIA * (after.v[-1] - before.v[-1]) + torque
         if abs(off) > scale:
             return f"momentum of the target is off by {off:.2g} Nms"
     pressed = float(impulse @ normal)
