@@ -11,6 +11,7 @@ import sympy
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline, RectBivariateSpline
 from scipy.optimize import lsq_linear, minimize
+from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 from scipy.special import ellipk
 
@@ -22,7 +23,7 @@ from symgen.model.toml_reader import read_text
 from symgen.runtime import load, solve
 from symgen.runtime.recording.resume import Resumed
 from symgen.runtime.recording.verify import verify
-from tests.falling_bodies import Fall, box_corners, rotation
+from tests.falling_bodies import Fall, box_corners, rotation, write_hull
 from tests.recorded import assert_same_recording, record
 from tests.stress.contact_shapes import KINDS, thrown, try_many
 from tests.stress.scenario import RIGHT, WRONG
@@ -619,15 +620,7 @@ def test_billiard_balls_part_at_right_angles():
 
 
 def test_a_mesh_touches_with_the_corners_of_its_hull(tmp_path):
-    corners = box_corners(EDGES)
-    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    lines = ["solid box"]
-    for a, b, c, d in faces:
-        for triangle in ((a, b, c), (a, c, d)):
-            lines += ["facet normal 0 0 0", "outer loop"]
-            lines += [f"vertex {x:.17g} {y:.17g} {z:.17g}" for x, y, z in corners[list(triangle)]]
-            lines += ["endloop", "endfacet"]
-    (tmp_path / "box.stl").write_text("\n".join([*lines, "endsolid"]))
+    write_hull(tmp_path / "box.stl", box_corners(EDGES))
     found = []
     for shape in ({"mesh": "box.stl"}, {"box": EDGES}):
         m = Model("meshed", gravity=(0, 0, "-9.81 m/s^2"), folder=tmp_path)
@@ -635,6 +628,93 @@ def test_a_mesh_touches_with_the_corners_of_its_hull(tmp_path):
         m.contact("floor", body="body", restitution=0.5)
         found.append(m.derive().run(t_end=0.5, method="dop853").states[-1])
     np.testing.assert_allclose(found[0], found[1], rtol=1e-9, atol=1e-9)
+
+
+STONE = np.array(
+    [[0.13, 0.02, -0.05], [-0.11, 0.07, -0.06], [-0.02, -0.12, -0.04], [0.03, 0.05, 0.14], [0.1, -0.08, 0.06]]
+)
+WEDGE = np.array([[x, y, z] for x in (-0.2, 0.2) for y, z in ((-0.1, -0.05), (0.15, -0.04), (0.0, 0.2))])
+
+
+@pytest.mark.parametrize("other", ["mesh", "box"])
+def test_corners_of_meshes_are_outside_by_the_largest_distance_from_a_side(other, tmp_path):
+    """Planes of the sides are those of Qhull, at places that are turned by SciPy."""
+    second = WEDGE if other == "mesh" else box_corners(EDGES)
+    m = Model("stones", folder=tmp_path)
+    for name, corners in (("a", STONE), ("b", second)):
+        write_hull(tmp_path / f"{name}.stl", corners)
+        free_body(
+            m, name, {"box": EDGES} if corners is second and other == "box" else {"mesh": f"{name}.stl"}
+        )
+    m.contact("hit", body="a", other="b", restitution=0.5)
+    system, rng = m.derive(), np.random.default_rng(6)
+    for _ in range(8):
+        poses = [random_pose(rng, 0.2) for _ in range(2)]
+        (p, q), (turn_p, turn_q) = ([pose[:3] for pose in poses], [matrix(pose) for pose in poses])
+
+        def away(corners, turn, place, of, back, origin):
+            there = ((corners @ turn.T + place) - origin) @ back
+            planes = ConvexHull(of).equations
+            return (there @ planes[:, :3].T + planes[:, 3]).max(axis=1)
+
+        expected = [*away(STONE, turn_p, p, second, turn_q, q), *away(second, turn_q, q, STONE, turn_p, p)]
+        found = gaps(system, np.concatenate([*poses, np.zeros(12)]))
+        np.testing.assert_allclose(sorted(found), sorted(expected), atol=1e-12)
+
+
+@pytest.mark.parametrize("table", ["mesh", "box"])
+@pytest.mark.parametrize("first", [True, False])
+def test_a_mesh_tumbles_on_a_solid_as_newton_and_euler_say(first, table, tmp_path):
+    """As over the plane of its upper side, by a rigid-body code of its own, with friction."""
+    m = Model("stone", gravity=(0, 0, "-9.81 m/s^2"), folder=tmp_path)
+    turn = np.array([0.9, 0.3, -0.2, 0.1]) / np.linalg.norm([0.9, 0.3, -0.2, 0.1])
+    start, rate = np.array([0, 0, 1, *turn]), np.array([0.5, 0.2, 0.0, 3.0, 1.0, -2.0])
+    write_hull(tmp_path / "stone.stl", STONE)
+    write_hull(tmp_path / "table.stl", box_corners((8, 8, 0.4)))
+    free_body(m, "stone", {"mesh": "stone.stl"}, start.tolist(), rate.tolist())
+    m.body("table", mass=1, shape={"box": [8, 8, 0.4]} if table == "box" else {"mesh": "table.stl"})
+    m.joint("held", type="fixed", child="table", origin={"xyz": [0, 0, -0.2]})
+    names = ("stone", "table") if first else ("table", "stone")
+    m.contact("hit", body=names[0], other=names[1], restitution=0.6, friction=0.3)
+    run = m.derive().run(t_end=1.2, rtol=1e-11, atol=1e-12, method="dop853")
+    fall = Fall(1.0, np.array([0.02, 0.03, 0.04]), STONE, 0.6, 0.3)
+    found, after = fall.impacts(np.concatenate([start, rate]), 4, 5.0)
+    own = [e for e in run.events if e.action == "impact"][:4]
+    np.testing.assert_allclose([e.t for e in own], [t for t, _ in found], rtol=1e-8)
+    np.testing.assert_allclose(own[-1].v_after, after[7:], rtol=1e-5, atol=1e-6)
+
+
+@pytest.mark.parametrize("first", [True, False])
+@pytest.mark.parametrize("beam", ["mesh", "box"])
+@pytest.mark.parametrize("stiffness", [None, 1e5])
+def test_where_edges_of_meshes_cross_a_run_ends_with_that_reason(first, beam, stiffness, tmp_path):
+    m = Model("cross", gravity=(0, 0, "-9.81 m/s^2"), folder=tmp_path)
+    write_hull(tmp_path / "plank.stl", box_corners((1.0, 0.1, 0.1)))
+    write_hull(tmp_path / "beam.stl", box_corners((0.1, 1.0, 0.1)))
+    free_body(m, "plank", {"mesh": "plank.stl"}, (0, 0, 0.3, 1, 0, 0, 0))
+    m.body("beam", mass=1, shape={"box": [0.1, 1.0, 0.1]} if beam == "box" else {"mesh": "beam.stl"})
+    m.joint("held", type="fixed", child="beam")
+    names = ("plank", "beam") if first else ("beam", "plank")
+    m.contact("hit", body=names[0], other=names[1], stiffness=stiffness)
+    run = m.derive().run(t_end=1.0, method="dop853")
+    share = 1e-3 if stiffness is None else 0.05
+    assert run.t[-1] == pytest.approx(np.sqrt(2 * (0.2 + share * 0.05) / G), rel=1e-6)
+    assert run.events[-1].name == "hit_edges" and run.events[-1].action == "terminate"
+
+
+def test_meshes_of_many_corners_and_spheres_on_meshes_are_refused_with_a_remedy(tmp_path):
+    turns = np.random.default_rng(1).normal(size=(32, 3))
+    write_hull(tmp_path / "ball.stl", turns / np.linalg.norm(turns, axis=1)[:, None])
+    for other, says in (
+        ({"mesh": "ball.stl"}, "the most are 1200"),
+        ({"sphere": [0.1]}, "a mesh and a sphere"),
+    ):
+        m = Model("balls", folder=tmp_path)
+        free_body(m, "a", {"mesh": "ball.stl"})
+        free_body(m, "b", other)
+        m.contact("hit", body="a", other="b")
+        with pytest.raises(ModelError, match=says):
+            m.describe()
 
 
 TEXT = """

@@ -1,6 +1,7 @@
 """Shapes that touch, written out as gaps: each is that of one point, and stops, frictions and contact laws do the rest.
 
-A sphere has one such point, its middle, with its radius; a capsule its ends; a box and a mesh their corners. Against a
+A sphere has one such point, its middle, with its radius; a capsule its ends; a box and a mesh their corners, on the
+sides of other boxes and meshes as well. Against a
 plane their heights are the gaps. Spheres and capsules touch each other, and spheres touch boxes, where they are nearest
 to each other (Ericson, Real-Time Collision Detection, 2005, ch. 5).
 
@@ -20,10 +21,11 @@ from ..errors import ModelError
 from . import algebra
 from .boxes import RIGID_SHARE, SOFT_SHARE, Block, Boxes, Meeting
 from .contact_pairs import solids_of
+from .convex import MOST_LOOKED_AT, Convex, Solids, looked_at
 from .description import Body, Contact, ContactPair, Description, Event, Friction, Solid, Stop
 from .elements import Vector, Writer, scalar_product
 from .functions import dot, smooth_minimum
-from .mesh import hull_of
+from .mesh import Hull, hull_of
 from .orientation import Expressions
 from .ready_made import HALF, WORLD
 from .rolling import velocity_by_turning
@@ -179,7 +181,7 @@ class _Geometry:
         return [part for solid in solids for part in self._part(body, solid, shift, key)]
 
     def _part(self, body: str, solid: Solid, shift: Expressions, key: str) -> list[Any]:
-        """A solid as a ball, a rod, a block, or corners."""
+        """A solid as a ball, a rod, a block, or a convex one."""
         writer, planar = self.writer, self.planar
         offset = (*solid.offset, *(algebra.ZERO,) * 3)[:3]
         middle = [total([x, y]) for x, y in zip(offset, shift, strict=True)]
@@ -191,11 +193,11 @@ class _Geometry:
         if solid.kind == "sphere":
             return [Ball(point(middle), solid.sizes[0])]
         if solid.kind == "mesh":
-            corners = self._hull(solid, key)
-            return [
-                Ball(point([total([x, c]) for x, c in zip(middle, corner)]), algebra.ZERO)
-                for corner in corners
+            axes = [
+                self._direction(body, [algebra.ONE if k == i else algebra.ZERO for k in range(3)])
+                for i in range(3)
             ]
+            return [Convex.of_hull(point(middle), axes, self._hull(solid, key))]
         turn = turned(replace(solid, planar=planar))
         axes = [[row[k] for row in turn] for k in range(3)]  # in the body's frame
         if solid.kind == "capsule":
@@ -209,13 +211,13 @@ class _Geometry:
         axes = self.writer.directions(body)
         return [total([product([x, e[k]]) for x, e in zip(numbers, axes, strict=True)]) for k in range(3)]
 
-    def _hull(self, solid: Solid, key: str) -> list[Expressions]:
+    def _hull(self, solid: Solid, key: str) -> Hull:
         try:
-            corners = hull_of(Path(self.d.folder) / solid.mesh)
+            hull = hull_of(Path(self.d.folder) / solid.mesh)
         except ModelError as error:
             raise self.sources.locate(error, f"contacts.{self.pair.name}", key) from None
-        self._bound(len(corners))
-        return [tuple(map(algebra.Float, corner)) for corner in corners]
+        self._bound(len(hull.corners))
+        return hull
 
     def _plane(self) -> tuple[Vector, list[Vector], Vector]:
         """Origin, the directions along the plane, and the normal."""
@@ -247,6 +249,9 @@ class _Geometry:
             yield from self._boxes(a, b)
             return
         kinds = {type(a), type(b)}
+        if Convex in kinds and kinds <= {Convex, Block}:
+            yield from self._solids(*(x if type(x) is Convex else Convex.of_block(x) for x in (a, b)))
+            return
         if kinds == {Rod, Block} and not self.planar:
             rod, block = (a, b) if type(a) is Rod else (b, a)
             for distance, place, other in self._rod_on_block(rod, block):
@@ -255,7 +260,7 @@ class _Geometry:
             return
         swapped = (type(b), type(a)) in _NEAREST
         nearest = _NEAREST.get((type(b), type(a)) if swapped else (type(a), type(b)))
-        if nearest is None or (Ball in (type(a), type(b)) and self._has_corners(a, b)):
+        if nearest is None:
             what = f"{_named(a)} and {_named(b)}"
             message = f"how {what} of two bodies touch is not known in closed form"
             hint = (
@@ -314,11 +319,24 @@ class _Geometry:
         self.crossed.append(boxes.crossed([corner.gap for corner in corners], share))
         yield from corners
 
+    def _solids(self, a: Convex, b: Convex) -> Iterator[Meeting]:
+        self._bound(len(a.points) + len(b.points))
+        count = looked_at(a, b)
+        if count > MOST_LOOKED_AT:
+            message = (
+                f"corners and edges of one on sides of the other are {count}; the most are {MOST_LOOKED_AT}"
+            )
+            raise self._error(
+                "other", message, "give the contact a coarser 'shape', or 'other_shape', or spheres"
+            )
+        solids = Solids(a, b, self._define, self._tangents)
+        corners = list(solids.corners())
+        share = RIGID_SHARE if self.pair.stiffness is None else SOFT_SHARE
+        self.crossed.append(solids.crossed([corner.gap for corner in corners], share))
+        yield from corners
+
     def _define(self, expression: algebra.Expr) -> algebra.Expr:
         return define(self.writer, self.pair.name, self.definitions, expression)
-
-    def _has_corners(self, a: Any, b: Any) -> bool:
-        return any(isinstance(x, Ball) and x.radius.is_zero for x in (a, b))
 
     def _apart(
         self, place: Vector, other: Vector, a: Any, radius: algebra.Expr, distance: algebra.Expr | None = None
@@ -368,13 +386,12 @@ def _balls(part: Any) -> list[Ball]:
         return [part]
     if isinstance(part, Rod):
         return part.ends
-    return [Ball(place, algebra.ZERO) for place, _ in part.corners()]
+    corners = part.corners() if isinstance(part, Convex) else (place for place, _ in part.corners())
+    return [Ball(place, algebra.ZERO) for place in corners]
 
 
 def _named(part: Any) -> str:
-    if isinstance(part, Ball):
-        return "a corner" if part.radius.is_zero else "a sphere"
-    return "a capsule" if isinstance(part, Rod) else "a box"
+    return {Ball: "a sphere", Rod: "a capsule", Block: "a box", Convex: "a mesh"}[type(part)]
 
 
 def _within(x: algebra.Expr, half: algebra.Expr) -> algebra.Expr:

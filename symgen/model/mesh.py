@@ -54,8 +54,30 @@ def volume_of(file: Path) -> Volume:
     return Volume(float(volume), tuple(map(float, centre)), tuple(float(tensor[place]) for place in places))
 
 
-def hull_of(file: Path) -> np.ndarray:
-    """The corners of the least convex solid around a mesh, shape (n, 3) [m].
+@dataclass(frozen=True)
+class Hull:
+    """The least convex solid around a mesh.
+
+    Attributes
+    ----------
+    corners : ndarray, shape (n, 3)
+        In metres.
+    sides : list of (ndarray, float)
+        Normals that point outwards, and how far the planes are from the origin.
+    edges : list of (int, int)
+        Two corners each.
+    """
+
+    corners: np.ndarray
+    sides: list[tuple[np.ndarray, float]]
+    edges: list[tuple[int, int]]
+
+
+_SAME_PLANE = 1e-6  # of two triangles of one side; coordinates of STL files have seven digits
+
+
+def hull_of(file: Path) -> Hull:
+    """The least convex solid around a mesh.
 
     Raises
     ------
@@ -66,10 +88,27 @@ def hull_of(file: Path) -> np.ndarray:
 
     corners = np.unique(_corners(file).reshape(-1, 3), axis=0)
     try:
-        return corners[np.sort(ConvexHull(corners).vertices)]
+        hull = ConvexHull(corners)
     except QhullError:
         message = f"the mesh {file.name!r:.100} is flat: its corners lie in a plane"
         raise ModelError(message, hint="take a solid, or spheres at its corners") from None
+    used = np.sort(hull.vertices)
+    number = {int(k): n for n, k in enumerate(used)}
+    size = np.ptp(corners, axis=0).max()
+    sides: list[tuple[np.ndarray, float]] = []
+    side_of, edges = [], []
+    for *normal, offset in hull.equations:
+        plane = np.array([*normal, offset / size])
+        known = [np.abs(plane - [*n, -d / size]).max() < _SAME_PLANE for n, d in sides]
+        side_of.append(known.index(True) if True in known else len(sides))
+        if True not in known:
+            sides.append((plane[:3], float(-offset)))
+    for k, (triangle, beside) in enumerate(zip(hull.simplices, hull.neighbors, strict=True)):
+        for opposite, other in enumerate(beside):
+            if k < other and side_of[k] != side_of[other]:
+                j, i = (number[int(x)] for x in np.delete(triangle, opposite))
+                edges.append((j, i))
+    return Hull(corners[used], sides, edges)
 
 
 def _corners(file: Path) -> np.ndarray:

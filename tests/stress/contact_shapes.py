@@ -2,7 +2,7 @@
 
 Boxes, capsules, spheres and sets of them, planar and in space, with restitutions from 0 to 0.9, with and without
 friction, on level and leaning planes; and spheres and capsules that fall on capsules and boxes on a
-hinge, in a plane capsules on boxes. Each run is
+hinge, in a plane capsules on boxes, and meshes on a mesh. Each run is
 judged by `thrown_bodies.py`, frame by frame and impact by impact, and against another method at a small tolerance, for
 as long as that method agrees with itself at a larger one. Boxes in space with one corner that touches at a time follow
 `tests/falling_bodies.py` as well. A run that is flagged though nothing speaks against it, and though the other method
@@ -13,27 +13,32 @@ from __future__ import annotations
 
 import argparse
 import sys
+import tempfile
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from symgen import Model
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.integrate.methods import METHODS
 
-from ..falling_bodies import Fall, box_corners
+from ..falling_bodies import Fall, box_corners, write_hull
 from .scenario import DOUBTED, FLAGGED, REFUSED, RIGHT, WRONG
 from .thrown_bodies import FLOOR, TARGET_DAMPING, TARGET_INERTIA, Thrown, n_near, objection
 
-KINDS = ("planar", "space", "pair", "reference", "rods", "ledge")
+KINDS = ("planar", "space", "pair", "reference", "rods", "ledge", "stones")
 _PAIRS = ("pair", "rods", "ledge")  # a body on one on a hinge
 METHOD_NAMES = ("dop853", "taylor", "radau5", "rk4", "gauss8", "bdf")
 _SPAN, _FPS = 0.6, 500  # s; between frames a direction of sliding is taken for its mean
 _STEP = 2e-4  # s, of fixed steps: a direction of sliding that begins is of second order in it
 _ALLOWED = {"rk4": 1e-5, "gauss8": 1e-5, "bdf": 1e-4}  # of the energy, and in place [m, rad]
 _ALLOWED_ELSE = 1e-5
+_FOLDER = tempfile.TemporaryDirectory()
+_MESHES = Path(_FOLDER.name)
 _TELLS = 1e-2  # allowed error, above which the other method does not tell
 
 
@@ -43,7 +48,8 @@ def thrown(kind: str, rng: np.random.Generator) -> tuple[Model, Thrown]:
     e, mu = rng.choice([0.0, 0.3, 0.6, 0.9]), rng.choice([0.0, 0.2, 0.6])
     e, mu = (rng.choice([0.3, 0.6]), rng.choice([0.0, 0.3])) if kind == "reference" else (e, mu)
     law = {"restitution": float(e), **({"friction": float(mu)} if mu else {})}
-    m = Model(f"thrown_{kind}", gravity=(0, "-9.81 m/s^2") if planar else (0, 0, "-9.81 m/s^2"))
+    down = (0, "-9.81 m/s^2") if planar else (0, 0, "-9.81 m/s^2")
+    m = Model(f"thrown_{kind}", gravity=down, folder=_MESHES)
     sizes = rng.uniform(0.05, 0.2, 3)
     shapes = {
         "box": {"box": sizes.tolist()},
@@ -76,6 +82,11 @@ def thrown(kind: str, rng: np.random.Generator) -> tuple[Model, Thrown]:
         m.body("body", mass=1.0, inertia=inertia.tolist(), shape=shapes[name])
         start, rate = [0, 0, height, *turn], [*speed, *spin]
         m.joint("free", type="free", child="body", start=start, rate=rate)
+    if kind == "stones":
+        corners = rng.normal(size=(rng.integers(4, 8), 3)) * sizes
+        corners = corners[ConvexHull(corners).vertices]
+        corners -= corners.mean(axis=0)
+        return _stone_on_table(m, corners, law), replace(about, shapes=[{"corners": corners}])
     if kind in _PAIRS:
         # On what is fixed but for a hinge, off its middle.
         target = shapes["box" if planar else rng.choice(["box", "capsule"])]
@@ -94,6 +105,18 @@ def thrown(kind: str, rng: np.random.Generator) -> tuple[Model, Thrown]:
     m.frame("plane", body="world", rpy=(0, 0, lean) if planar else (lean, 0, 0))
     m.contact("floor", body="body", plane="plane", **law)
     return m, replace(about, lean=lean)
+
+
+def _stone_on_table(m: Model, corners: np.ndarray, law: dict) -> Model:
+    """The model with a mesh as the shape of its body, over a wide box or mesh whose upper side is level."""
+    of = {"stone": corners, "table": box_corners((20, 20, 1))}
+    for name, places in of.items():
+        write_hull(_MESHES / f"{name}.stl", places)
+    m.body("table", mass=1.0, shape={"mesh": "table.stl"})
+    m.joint("held", type="fixed", child="table", origin={"xyz": [0, 0, -0.5]})
+    shape = {"mesh": "stone.stl"}
+    m.contact("floor", body="body", shape=shape, other="table", **law)
+    return m
 
 
 def _first_impacts(run, about: Thrown) -> str:

@@ -35,7 +35,7 @@ class Thrown:
     Attributes
     ----------
     shapes : list of dict
-        As in `Model.body`.
+        As in `Model.body`; a mesh by its "corners".
     inertia : ndarray, shape (3,)
         Principal moments; planar bodies have the first.
     restitution, friction, lean : float
@@ -77,6 +77,8 @@ class Thrown:
             if "box" in shape:
                 corners = box_corners((*shape["box"], 0.0)[:3]) * ([1, 1, 0] if self.planar else 1)
                 yield from ((corner + offset, 0.0) for corner in np.unique(corners, axis=0))
+            elif "corners" in shape:
+                yield from ((corner, 0.0) for corner in shape["corners"])
             elif "sphere" in shape:
                 yield offset, shape["sphere"][0]
             else:
