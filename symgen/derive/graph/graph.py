@@ -57,6 +57,9 @@ class Graph(Nodes):
         self.nonzero: dict[int, int] = {}  # what has been looked at by `differentiate.is_not_clamped`
         # Powers with a root in them, and powers that may become such: base, exponent, whether a root is in it.
         self._powers: dict[int, tuple[int, float, bool]] = {}
+        self._undefined: list[
+            bool
+        ] = []  # of the first nodes: whether what they are made of has no value somewhere
         self.slope_mask: list[int] = []  # the kinds of variables by which a node has a derivative
         super().__init__()
 
@@ -355,7 +358,10 @@ class Graph(Nodes):
         Comparisons are false there, so that a choice would be made without a word. Costs nothing where operands are
         made of what has a value everywhere.
         """
-        if not any(self.op[x] in _UNDEFINED_SOMEWHERE for x in self.reachable(operands)):
+        known = self._undefined
+        for node in range(len(known), len(self.op)):
+            known.append(self.op[node] in _UNDEFINED_SOMEWHERE or any(known[x] for x in self.operands(node)))
+        if not any(known[x] for x in operands):
             return value
         total = self.sum(operands)
         square = self.mul(total, total)
