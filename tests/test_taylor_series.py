@@ -17,6 +17,7 @@ from symgen.runtime.constraints.assembly import assemble
 from symgen.runtime.ensemble.arrays import aligned
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.taylor import code as coding
+from symgen.runtime.taylor import loops
 from symgen.runtime.taylor.code import DECLARATIONS, Registers, sincos_function
 from symgen.runtime.taylor.kernel import MAX_ORDER, sum_kernel
 from symgen.runtime.taylor.loops import rolled_kernel, unrolled_kernel
@@ -158,34 +159,34 @@ def test_emitters_agree(name):
     assert ratio == pytest.approx(same, rel=1e-12)
 
 
-def both_forms(name, monkeypatch):
-    """A model, and its kernel as one function and in pieces that call each other."""
-    system = load(ROOT / "generated" / f"{name}.py")
-    found = []
-    for short in (coding._SHORT, 0):
-        monkeypatch.setattr(coding, "_SHORT", short)
-        few = len(Plan(read_motion(system)).convolutions) < 5
-        emitter = unrolled_kernel if few else rolled_kernel
-        ir, _ = emitter(Plan(read_motion(system)), "taylor", system.ny, MAX_ORDER, N_ROWS)
-        assert ("alwaysinline" in ir) == bool(short)
-        found.append(kernel(ir, "taylor"))
-    return system, found
-
-
 @pytest.mark.parametrize(
-    "name", ["double_pendulum", "free_rigid_body", "damped_spring_pendulum", "cart_pole", "stick_slip"]
+    "name",
+    ["stiff_spring_pendulum", "free_rigid_body", "damped_spring_pendulum", "cart_pole"],
 )
-def test_one_function_has_the_bits_of_its_pieces(name, monkeypatch):
-    system, kernels = both_forms(name, monkeypatch)
+def test_orders_written_out_have_the_bits_of_the_loop(name, monkeypatch):
+    system = load(ROOT / "generated" / f"{name}.py")
+    kernels, texts, most_written, most_inlined = [], [], loops._MOST_WRITTEN_OUT, coding._SHORT
+    for most in (0, most_written):
+        monkeypatch.setattr(loops, "_MOST_WRITTEN_OUT", most)
+        for short in (0, most_inlined):  # the loop in pieces that call each other, and as one function
+            monkeypatch.setattr(coding, "_SHORT", short)
+            ir, _ = rolled_kernel(Plan(read_motion(system)), "taylor", system.ny, MAX_ORDER, N_ROWS)
+            texts.append(ir)
+            kernels.append(kernel(ir, "taylor"))
+    assert ["alwaysinline" in text for text in texts] == [False, True, False, True]
+    assert ["%loop" in text for text in texts] == [True, True, True, False]
+    costs = {text[text.index("taylor.costs") :].partition("\n")[0] for text in texts}
+    assert len(costs) == 1  # the order follows from them
     random = np.random.default_rng(1)
     for order in range(8, MAX_ORDER + 1):
         y = random.uniform(-1.5, 1.5, system.ny)
         p = random.uniform(0.5, 1.5, system.n_p)
-        rows = np.zeros((2, N_ROWS * system.ny + 1))
+        rows = np.zeros((len(kernels), N_ROWS * system.ny + 1))
         rows[:, 0] = order
         for call, out in zip(kernels, rows, strict=True):
             call(0.3, y, p, out)
-        np.testing.assert_array_equal(rows[0].view(np.int64), rows[1].view(np.int64))
+        for out in rows[1:]:
+            np.testing.assert_array_equal(out.view(np.int64), rows[0].view(np.int64))
 
 
 def test_a_product_of_another_piece_is_rounded_before_it_is_added():
