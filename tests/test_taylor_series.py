@@ -16,6 +16,8 @@ from symgen.runtime.code import compiler, engine
 from symgen.runtime.constraints.assembly import assemble
 from symgen.runtime.ensemble.arrays import aligned
 from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.taylor import code as coding
+from symgen.runtime.taylor import loops
 from symgen.runtime.taylor.code import DECLARATIONS, Registers, sincos_function
 from symgen.runtime.taylor.kernel import MAX_ORDER, sum_kernel
 from symgen.runtime.taylor.loops import rolled_kernel, unrolled_kernel
@@ -155,6 +157,48 @@ def test_emitters_agree(name):
     sizes = np.maximum(np.abs(one[: ORDER - 1]).max(axis=1, keepdims=True), 1e-200)
     assert np.max(np.abs(one - other)[: ORDER - 1] / sizes) < 1e-12
     assert ratio == pytest.approx(same, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["stiff_spring_pendulum", "free_rigid_body", "damped_spring_pendulum", "cart_pole"],
+)
+def test_orders_written_out_have_the_bits_of_the_loop(name, monkeypatch):
+    system = load(ROOT / "generated" / f"{name}.py")
+    kernels, texts, most_written, most_inlined = [], [], loops._MOST_WRITTEN_OUT, coding._SHORT
+    for most in (0, most_written):
+        monkeypatch.setattr(loops, "_MOST_WRITTEN_OUT", most)
+        for short in (0, most_inlined):  # the loop in pieces that call each other, and as one function
+            monkeypatch.setattr(coding, "_SHORT", short)
+            ir, _ = rolled_kernel(Plan(read_motion(system)), "taylor", system.ny, MAX_ORDER, N_ROWS)
+            texts.append(ir)
+            kernels.append(kernel(ir, "taylor"))
+    assert ["alwaysinline" in text for text in texts] == [False, True, False, True]
+    assert ["%loop" in text for text in texts] == [True, True, True, False]
+    costs = {text[text.index("taylor.costs") :].partition("\n")[0] for text in texts}
+    assert len(costs) == 1  # the order follows from them
+    random = np.random.default_rng(1)
+    for order in range(8, MAX_ORDER + 1):
+        y = random.uniform(-1.5, 1.5, system.ny)
+        p = random.uniform(0.5, 1.5, system.n_p)
+        rows = np.zeros((len(kernels), N_ROWS * system.ny + 1))
+        rows[:, 0] = order
+        for call, out in zip(kernels, rows, strict=True):
+            call(0.3, y, p, out)
+        for out in rows[1:]:
+            np.testing.assert_array_equal(out.view(np.int64), rows[0].view(np.int64))
+
+
+def test_a_product_of_another_piece_is_rounded_before_it_is_added():
+    code = coding.Code("parts")
+    code.begin_piece()
+    product = code.mul(code.load("y", 0), code.load("y", 1))
+    code.begin_piece()
+    code.store("out", 0, code.add(product, code.load("y", 2)))
+    calls = [f"call void @{piece.name}({coding.PASSED}, i64 0)" for piece in code.pieces]
+    call, out = kernel(code.text("\n".join([*calls, "ret void"]), (0.0, 0.0, 0.0)), "parts"), np.zeros(1)
+    call(0.0, np.array([1.0 + 2.0**-30, 1.0 + 2.0**-30, -1.0 - 2.0**-29]), np.zeros(1), out)
+    assert out[0] == 0.0  # 2^-60 in one operation
 
 
 def test_gravity_between_two_bodies_needs_seven_products():

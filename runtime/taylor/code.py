@@ -5,6 +5,7 @@ A value is the text of a constant or of an SSA name, or None: zero, of which not
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 from symgen.runtime.code.llvm_text import (
@@ -21,6 +22,8 @@ from symgen.runtime.code.sincos import DECLARATIONS, inlined_where_few, lanes_si
 
 PIECE_OPERATIONS = 400
 _SHORT = 1000  # operations of a kernel
+_PRODUCT = re.compile(r"^(%\w+) = fmul contract ")
+_STORED = re.compile(r"^store \S+ (%\w+), ")
 ARGUMENTS = "double %t, ptr noalias %y, ptr noalias %p, ptr noalias %out, ptr noalias %scratch, i64 %k"
 PASSED = "double %t, ptr %y, ptr %p, ptr %out, ptr %scratch"
 ONE = constant(1.0)
@@ -54,6 +57,8 @@ class Code:
     symbol : str
     lanes : int
         Members of an ensemble that stand side by side in the arrays; 0: there is one, of plain numbers.
+    is_one_function : bool
+        Whether pieces are inlined however long they are.
     registers : Registers, optional
         Members that do not fit into one are computed one part after another: their values would leave registers all
         the time, and their series the first-level cache.
@@ -64,9 +69,18 @@ class Code:
         Members that are computed at once.
     registers : int
         How many of them there are.
+    rounded : set of str
+        Values that are not to be made one operation with a sum that they are a term of.
     """
 
-    def __init__(self, symbol: str, lanes: int = 0, registers: Registers | None = None) -> None:
+    def __init__(
+        self,
+        symbol: str,
+        lanes: int = 0,
+        registers: Registers | None = None,
+        *,
+        is_one_function: bool = False,
+    ) -> None:
         registers = registers or Registers(max(lanes, 1), 32)
         self.symbol, self.lanes, self.registers = symbol, min(lanes, registers.length), registers.number
         self.number = lanes_type(self.lanes)
@@ -77,6 +91,8 @@ class Code:
         self.pieces: list[Piece] = []
         self.piece: Piece
         self.operations = 0
+        self.is_one_function = is_one_function
+        self.rounded: set[str] = set()
         self.n_slots = 0
         self._n_names = 0
         self._home: dict[str, Piece] = {}
@@ -294,8 +310,8 @@ class Code:
 
     @property
     def calling(self) -> str:
-        """How pieces are called: short kernels in lanes are one function, which spares a twentieth of their time."""
-        return "alwaysinline" if self.lanes and self.written < _SHORT else "noinline"
+        """How pieces are called: short kernels are one function, which spares up to a third of their time."""
+        return "alwaysinline" if self.is_one_function or self.written < _SHORT else "noinline"
 
     @property
     def passed(self) -> str:
@@ -321,10 +337,11 @@ class Code:
         text += self._helpers.values()
         if not self.lanes and DECLARATIONS[0] in self._called:
             text.append(sincos_function(f"{self.symbol}.sincos"))
+        calling = self.calling
         for piece in self.pieces:
             given = ARGUMENTS.replace("double", self.number)
-            head = f"define internal void @{piece.name}({given}) {self.calling} nounwind"
-            body = "\n".join(piece.lines)
+            head = f"define internal void @{piece.name}({given}) {calling} nounwind"
+            body = "\n".join(_closed(piece.lines, self.rounded) if calling == "alwaysinline" else piece.lines)
             text.append(f"{head} {{\nentry:\n{body}\nbr label %done\ndone:\nret void\n}}\n")
         arguments = f"{self.number} %t, ptr noalias %y, ptr noalias %p, ptr noalias %out"
         scratch = f"%scratch = alloca {self.number}, i64 {max(self.n_slots, 1)}, align {max(64, self.align)}"
@@ -356,6 +373,21 @@ class Code:
                 f"call void @{part}({self.number} %t.{first}, ptr %y.{first}, ptr %p.{first}, ptr %out.{first})",
             ]
         return "\n".join([*lines, "ret void", "}", ""])
+
+
+def _closed(lines: list[str], rounded: set[str]) -> list[str]:
+    """The lines of a piece whose results stay what they are where the piece stands within a longer function.
+
+    LLVM makes one operation of a product and a sum if nothing else has the product. Of what a piece stores, it would
+    do so with a sum of another piece once it sees both, and the motion would differ in its last bits.
+    """
+    stored = rounded | {found[1] for line in lines if (found := _STORED.match(line))}
+    return [
+        line.replace("fmul contract ", "fmul ", 1)
+        if (found := _PRODUCT.match(line)) and found[1] in stored
+        else line
+        for line in lines
+    ]
 
 
 def fused(code: Code, width: int, a: str, b: str, c: str) -> str:

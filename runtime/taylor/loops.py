@@ -284,6 +284,7 @@ FIRST_IN_LOOP = (
 _ANY = 1 << 20  # stands for the loop's order where orders are numbers
 _FEW_PRODUCTS = 36
 _FEWEST_SQUARES = 8
+_MOST_WRITTEN_OUT = 5500  # operations, loads and stores; they take a sixth of a second to compile
 _LANES_TERM = 4  # operations for a term of a sum of lanes
 
 
@@ -345,10 +346,14 @@ class _Unrolled(Steps):
     def finished(self, k: int) -> None:
         """Return from the kernel where this was the last order wanted."""
         if k >= 0:
-            label = f"order{k}"
-            self.code.line(f"%last{k} = icmp sle i64 %k, {k}")
-            self.code.line(f"br i1 %last{k}, label %done, label %{label}")
-            self.code.line(f"{label}:")
+            return_after(self.code, k)
+
+
+def return_after(code: Code, k: int) -> None:
+    """Return from a piece where this was the last order wanted."""
+    code.line(f"%last{k} = icmp sle i64 %k, {k}")
+    code.line(f"br i1 %last{k}, label %done, label %order{k}")
+    code.line(f"order{k}:")
 
 
 def unrolled_kernel(plan: Plan, symbol: str, n_y: int, max_order: int, n_rows: int) -> tuple[str, int]:
@@ -398,6 +403,11 @@ class _Rolled(Steps):
         if self.code.lanes and node in self.plan.kept:
             self._keep(node, self.k + self.plan.lead[node])
 
+    @property
+    def _is_first(self) -> bool:
+        """Whether the step comes before those of the loop."""
+        return self.k < FIRST_IN_LOOP
+
     def finished(self, k: int) -> None:
         """Keep the coefficients that later orders read."""
         for node in self.plan.order:
@@ -428,7 +438,7 @@ class _Rolled(Steps):
         return value
 
     def divided(self, value: Value, n: int, before: Value = None) -> Value:
-        if n < _ANY // 2:
+        if self._is_first:
             return super().divided(value, n, before)
         return self.code.fma(value, self._reciprocal(n), before)
 
@@ -459,17 +469,18 @@ class _Rolled(Steps):
         return self.code.value(last.partition(" = ")[2])
 
     def corrected(self, before: Value, change: Value, lead: int) -> Value:
-        if self.k < _ANY // 2:
+        if self._is_first:
             return super().corrected(before, change, lead)
-        if (-3, lead) not in self.values:
+        key = (-3 - lead, self.k)
+        if key not in self.values:
             value: Value = ONE
             for i in range(lead):
                 value = self.code.mul(value, self._reciprocal(self.k + i + 1))
-            self.values[-3, lead] = value
-        return self.code.fma(change, self.values[-3, lead], before)
+            self.values[key] = value
+        return self.code.fma(change, self.values[key], before)
 
     def convolution(self, node: int, n: int) -> Value:
-        if n < _ANY // 2:
+        if self._is_first:
             return super().convolution(node, n)
         total = self._sum(node)
         x, y = self.plan.factors(node)
@@ -491,7 +502,7 @@ class _Rolled(Steps):
         return self.code.load("scratch", lanes.total + lane)
 
     def power_sum(self, node: int, n: int) -> Value:
-        if n < _ANY // 2:
+        if self._is_first:
             return super().power_sum(node, n)
         (base,), (exponent, _), code = self.graph.args[node], self.graph.data[node], self.code
         total: Value = code.mul(self._sum(node), self._reciprocal(n))
@@ -505,7 +516,7 @@ class _Rolled(Steps):
 
     def _lateness(self, x: int, y: int, i: int, j: int) -> int:
         """How long a product has to wait for its newer factor: those of the last step are there at once."""
-        node, order = (x, i) if i >= _ANY // 2 else (y, j)
+        node, order = (x, i) if i > j else (y, j)
         return (
             self.plan.depth[node] if order == self.k + self.plan.lead[node] else int(node in self.plan.open)
         )
@@ -515,6 +526,84 @@ class _Rolled(Steps):
             super().put(ahead, index, value)
         else:
             self.code.store("out", self.code.index(f"{self.n_y} * k + {ahead * self.n_y + index}"), value)
+
+
+class _WrittenOut(_Rolled):
+    """The steps of the loop one by one, with its operations: nothing is stored to be loaded by a later order."""
+
+    def __init__(self, code: Code, plan: Plan, n_y: int, max_order: int, n_rows: int) -> None:
+        super().__init__(code, plan, n_y, max_order, n_rows)
+        self._totals: dict[tuple[int, int], str] = {}
+        self._vectors: dict[tuple[int, tuple[int, ...], int], str] = {}
+
+    def _breathe(self) -> None:
+        if self._is_first:
+            super()._breathe()
+
+    def _keep(self, node: int, n: int) -> None:
+        value = self.values[node, n]
+        if value is not None:
+            self.code.rounded.add(value)
+        if self._is_first:
+            # Pieces end where those end that store: what crosses from one to the next is rounded.
+            self.code.use(constant(0.0) if value is None else value)
+            self.code.piece.operations += 1 + (len(self.table.uses.get(node, ())) if n >= self.ends else 0)
+
+    def finished(self, k: int) -> None:
+        super().finished(k)
+        if k >= FIRST_IN_LOOP:
+            return_after(self.code, k)
+
+    def _reciprocal(self, n: int) -> str:
+        return constant(1.0 / n)
+
+    def _sum(self, node: int) -> Value:
+        lanes, lane = self.table.place[node]
+        key = (id(lanes), self.k)
+        if key not in self._totals:
+            self._totals[key] = self._sum_of(lanes, self.k + lanes.lead)
+        total = self._totals[key]
+        if lanes.width == 1:
+            return total
+        return self.code.value(f"extractelement {self.code.vector_type(lanes.width)} {total}, i32 {lane}")
+
+    def _sum_of(self, item: Lanes, n: int) -> Value:
+        """The sum of the products of lanes in an order that is written out, to the bits of `_SumLoop`."""
+        code, kind, width, ends = self.code, self.code.vector_type(item.width), item.width, self.ends
+        symmetric = item.kind == "square"
+        total = "zeroinitializer" if width > 1 else constant(0.0)
+        weights = [ends * (e + 1.0) - n for e in item.exponents]
+        for j in range(ends, ((n - 1) // 2 if symmetric else n - ends) + 1):
+            x, y = self._vector(width, item.xs, j), self._vector(width, item.ys, n - j)
+            if weights:
+                x = code.vector(f"fmul {kind} {values_text(code, width, weights)}, {x}", kind, width)
+                weights = [w + (e + 1.0) for w, e in zip(weights, item.exponents)]
+            total = code.vector(fused(code, width, x, y, total), kind, width)
+        if not symmetric:
+            return total
+        twice = code.vector(f"fadd {kind} {total}, {total}", kind, width)
+        if n % 2:
+            return twice
+        middle = self._vector(width, item.xs, n // 2)
+        return code.vector(fused(code, width, middle, middle, twice), kind, width)
+
+    def _vector(self, width: int, series: tuple[int, ...], j: int) -> str:
+        """Coefficients j of some series side by side."""
+        key = (width, series, j)
+        if key not in self._vectors:
+            code, kind = self.code, self.code.vector_type(width)
+            parts = [self.at(node, j) for node in series]
+            if width == 1:
+                self._vectors[key] = constant(0.0) if parts[0] is None else code.use(parts[0])
+            else:
+                total = "zeroinitializer"
+                for lane, part in enumerate(parts):
+                    if part is not None:
+                        total = code.vector(
+                            f"insertelement {kind} {total}, double {code.use(part)}, i32 {lane}", kind, width
+                        )
+                self._vectors[key] = total
+        return self._vectors[key]
 
 
 def rolled_kernel(
@@ -569,7 +658,42 @@ def rolled_kernel(
     ]
     sums = sum_function(code, steps.table.lanes, steps.ends, f"{symbol}.sums")
     costs = (max(start - (FIRST_IN_LOOP + 1) * each, 0.0), each, 0.5 * _LANES_TERM * len(steps.table.lanes))
+    is_short = code.calling == "alwaysinline" and len(body) == 1
+    if is_short and _written_operations(steps, each, max_order) < _MOST_WRITTEN_OUT:
+        return _written_out(plan, symbol, n_y, max_order, n_rows, costs)
     return code.text("\n".join(main), costs, sums), code.operations
+
+
+def _written_operations(steps: _Rolled, each: int, max_order: int) -> int:
+    """About how many operations all orders have that a loop is for."""
+    orders = range(FIRST_IN_LOOP, max_order - 1)
+    terms = sum(max(k + item.lead + 1 - 2 * steps.ends, 0) for k in orders for item in steps.table.lanes)
+    return each * len(orders) + terms
+
+
+def _written_out(
+    plan: Plan, symbol: str, n_y: int, max_order: int, n_rows: int, costs: tuple[float, float, float]
+) -> tuple[str, int]:
+    """`rolled_kernel` with an operation for each of those that the loop carries out, in its order.
+
+    Which products LLVM makes one operation of with a sum is the same in all models tried but one (the quarter car).
+    Nothing is stored to be loaded by a later order, which is most of the time of a short series.
+    """
+    code = Code(symbol, is_one_function=True)
+    code.begin_piece()
+    steps = _WrittenOut(code, plan, n_y, max_order, n_rows)
+    code.piece.operations += max_order  # the loop's form stores reciprocals here
+    for k in range(FIRST_STEP, FIRST_IN_LOOP):
+        steps.step(k)
+    code.begin_piece()
+    for k in range(FIRST_IN_LOOP, max_order - 1):
+        steps.step(k)
+    main = [
+        READ_LAST,
+        *(f"call void @{piece.name}({PASSED}, i64 %last)" for piece in code.pieces),
+        "ret void",
+    ]
+    return code.text("\n".join(main), costs), code.operations
 
 
 def _paired(code: Code, steps: _Rolled, calls: list[str], pieces: list[Piece]) -> tuple[str, str]:
