@@ -95,7 +95,7 @@ def test_steps_allocate_nothing_that_stays(cart_pole):
     peak(100)
     few, many = peak(100), peak(10_100)
     tracemalloc.stop()
-    # A step that left anything behind would leave at least a float (24 bytes); an interpreter's own tables may grow once.
+    # A step that left anything behind would leave 24 bytes at least; tables of the interpreter may grow once.
     assert many < few + 10_000 < 30_000  # bytes
 
 

@@ -59,6 +59,9 @@ _BESIDE_SERIES, _NUMBER_BESIDE_SERIES = 0.217, 8.6
 _PROJECTIONS = 1.5  # of a step
 _OF_EVENTS, _OF_LOOKING = 200.0, 4.0  # and by numbers of dense output
 _STAGES, _DENSE = 12, 8  # of dop853
+# Of a step of a Radau method in lanes, and of each evaluation in it, which comes with a part of a linear system.
+_LANES_STEP, _LANES_CALL, _LANES_NUMBER = 55.0, 7.0, 1.5
+_ORDERS_OF_STIFF = ("radau5", "radau9", "radau13")
 # Of a step of an implicit method that runs by itself, and of its parts; and what a run takes besides.
 _ALONE_OPERATION, _ALONE_STEP, _ALONE_RUN, _ELIMINATION = 0.3, 750.0, 5e4, 0.6
 _LANES_GAIN = 4.5
@@ -206,7 +209,7 @@ def choose_by_looks(system: System, sample: Sample, single: RunOptions) -> Choic
 
 def _best(trials: list[_Trial], n: int, single: RunOptions) -> Choice:
     """Return the method whose sum over the sample is least; a member that one fails costs a run by itself."""
-    dearest = np.nanmax([np.where(np.isfinite(t.cost), t.cost, np.nan) for t in trials], axis=0)
+    dearest = np.fmax.reduce([np.where(np.isfinite(t.cost), t.cost, np.nan) for t in trials])
     dearest = np.where(np.isfinite(dearest), dearest, 0.0)
     alone = 2.0 * _LANES_GAIN * dearest + _ALONE_RUN
     sums = [float(np.where(np.isfinite(t.cost), t.cost, alone).sum()) for t in trials]
@@ -218,7 +221,8 @@ def _best(trials: list[_Trial], n: int, single: RunOptions) -> Choice:
     others = {
         t.method: s / sums[best] for t, s in zip(trials, sums, strict=True) if t.method != chosen.method
     }
-    than = " and ".join(f"{name} {ratio:.2g} times as long" for name, ratio in others.items())
+    than = ", ".join(f"{name} {ratio:.2g} times as long" for name, ratio in others.items())
+    than = " and ".join(than.rsplit(", ", 1))
     reason = f"by steps and operations of {k} of {n} members it takes the least time" + (
         f", {than}" if than else ""
     )
@@ -345,32 +349,62 @@ def _stiff(
     system: System, settings: BatchSettings, settings_of: Callable[[str], BatchSettings | None], sample: Sample,
     single: RunOptions, explicit: _Trial,
 ) -> list[_Trial]:  # fmt: skip
-    """Return the trial of the method for stiff motion, member after member, as long as it costs less."""
-    method = METHODS[stiff_method(single.rtol)]
-    if method.refusal(system):
+    """Return the trials of methods for stiff motion, member after member, as long as they cost less.
+
+    All members try the one that single runs take. Where lanes have it, its relatives of other orders are tried by two
+    members: what their steps are worth differs from single runs, in which a step has costs of its own.
+    """
+    usual = stiff_method(single.rtol)
+    if METHODS[usual].refusal(system):
         return []
+    members = np.arange(len(sample.starts))
+    first = _stiff_trial(system, usual, settings, settings_of, sample, single, explicit.steps, members)
+    if first is None:
+        return []
+    trials, went = [first], np.flatnonzero(np.isfinite(first.steps))
+    two = np.unique(went[np.argsort(first.steps[went], kind="stable")[[len(went) // 2, -1]]])
+    for other in _ORDERS_OF_STIFF:
+        if other == usual or settings_of(other) is None or METHODS[other].refusal(system):
+            continue
+        # A step of a higher order costs more: more steps than the usual method's never pay.
+        most = first.steps if METHODS[other].order > METHODS[usual].order else explicit.steps
+        tried = _stiff_trial(system, other, settings, settings_of, sample, single, most, two)
+        if tried is not None and np.isfinite(tried.steps[two]).all():
+            per_step = float(tried.steps[two].sum() / first.steps[two].sum())
+            trials.append(_Trial(other, 0, per_step * first.steps, tried.each))
+    return trials
+
+
+def _stiff_trial(
+    system: System, name: str, settings: BatchSettings, settings_of: Callable[[str], BatchSettings | None],
+    sample: Sample, single: RunOptions, most_steps: np.ndarray, members: np.ndarray,
+) -> _Trial | None:  # fmt: skip
+    """Return what some members need with an implicit method, of all the others nothing; None where all fail."""
     operations, start = system.operations, settings.t_start
     share = (settings.t_end - start) / (single.t_end - start)
+    in_lanes = settings_of(name) is not None
     steps, costs = np.full((2, len(sample.starts)), np.nan)
-    for k, (p, state) in enumerate(zip(sample.parameters, sample.starts, strict=True)):
-        # More steps than the explicit method's do not pay.
-        most = share * explicit.steps[k] if np.isfinite(explicit.steps[k]) else _LONGEST_TRIAL
+    for k in members:
+        # More steps than those of a method that is known do not pay.
+        most = share * most_steps[k] if np.isfinite(most_steps[k]) else _LONGEST_TRIAL
         arrays = LoopArrays(
-            system, method, p, start, state, frame_times=np.zeros(0), rtol=single.rtol, atol=single.atol,
-            with_events=False, log_length=_LONGEST_TRIAL,
+            system, METHODS[name], sample.parameters[k], start, sample.starts[k], frame_times=np.zeros(0),
+            rtol=single.rtol, atol=single.atol, with_events=False, log_length=_LONGEST_TRIAL,
         )  # fmt: skip
         status = arrays.advance(settings.t_end, max(int(min(most, _LONGEST_TRIAL)), 1))
         if status < 0 or not arrays.t > start:
             continue
         counts = arrays.counters
-        n = counts[at.STEPS] + counts[at.REJECTED]
-        spent = _ALONE_STEP * n + counts[at.FACTORISATIONS] * _ELIMINATION * (system.nv + system.m) ** 3
-        for function, count in (("rhs", at.RHS_CALLS), ("residual_jacobian", at.JACOBIANS)):
-            spent += _ALONE_OPERATION * counts[count] * operations.get(function, 0)
+        n, calls = counts[at.STEPS] + counts[at.REJECTED], counts[at.RHS_CALLS]
+        rhs, jacobian = operations.get("rhs", 0), operations.get("residual_jacobian", 0)
+        if in_lanes:
+            call = _LANES_CALL + _LANES_NUMBER * system.nv + _OF_OPERATION * rhs
+            spent = _LANES_STEP * n + call * calls
+        else:
+            spent = _ALONE_STEP * n + counts[at.FACTORISATIONS] * _ELIMINATION * (system.nv + system.m) ** 3
+            spent += _ALONE_OPERATION * (calls * rhs + counts[at.JACOBIANS] * jacobian)
         longer = (single.t_end - start) / (arrays.t - start)
-        steps[k], costs[k] = n * longer, spent * longer + _ALONE_RUN
+        steps[k], costs[k] = n * longer, spent * longer + (0.0 if in_lanes else _ALONE_RUN)
     if not np.isfinite(costs).any():
-        return []
-    gain = _LANES_GAIN if settings_of(method.name) is not None else 1.0
-    each = float(np.nansum(costs) / np.nansum(steps)) / gain
-    return [_Trial(method.name, 0, steps, each)]
+        return None
+    return _Trial(name, 0, steps, float(np.nansum(costs) / np.nansum(steps)))
