@@ -285,6 +285,20 @@ def test_what_sticks_beyond_its_limit_is_flagged(weighed):
     assert "friction 'ground'" in entry.says and "beyond what it can bear" in entry.says
 
 
+def test_round_off_of_larger_forces_is_not_beyond_a_limit():
+    """A corner that carries nothing holds with what is left of the others' forces in the last digits."""
+    m = Model("corner", gravity=(0, -G))
+    x, y = m.coordinate("x"), m.coordinate("y", start=0.0)
+    m.body("weight", mass=1.0, com=(0, y))
+    m.body("corner", mass=1.0, com=(x, 0))
+    m.stop("floor", y)
+    m.force(x, "3e-15*t")
+    m.friction("ground", coordinate=x, force=2e-15)
+    run = m.derive().run(t_end=1.0, method="dop853")
+    run.forms.index[:] = 0
+    assert held(run).ok
+
+
 def test_a_closed_stop_that_pulls_is_flagged():
     """A block that is pulled up with 20t takes off where that is its weight."""
     m = Model("lifted", gravity=(0, -G))

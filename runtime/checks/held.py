@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 _FRAMES = 100
 _LIMIT = 0.1  # of the forces that there can be
 _TOLERANCES = 10.0  # of the run, in a force
+_ROUND_OFF = 100.0 * np.finfo(float).eps  # of the largest force that is solved for, in the others
 
 
 def held(solution: Solution) -> HealthCheck:
@@ -45,9 +46,9 @@ def held(solution: Solution) -> HealthCheck:
     moved = states.copy()
     sizes = np.abs(states[:, :n]).max(axis=0)
     moved[:, :n] += quasi_random(len(rows) * n).reshape(-1, n) * (solution.atol + solution.rtol * sizes)
-    found, able = _beyond(solution, np.tile(rows, 2), np.vstack([states, moved]))
-    beyond, there, able = found[: len(rows)], found[len(rows) :], able[: len(rows)]
-    excess = beyond - _TOLERANCES * np.abs(there - beyond)
+    both = _beyond(solution, np.tile(rows, 2), np.vstack([states, moved]))
+    (beyond, there), (able, _), (largest, _) = (np.split(part, 2) for part in both)
+    excess = beyond - _TOLERANCES * np.abs(there - beyond) - _ROUND_OFF * largest
     parts = np.where(excess > 0.0, excess / np.where(able > 0.0, able, 1.0), 0.0)
     i, j = np.unravel_index(np.argmax(parts), parts.shape)
     switch = system.switches[j]
@@ -61,19 +62,22 @@ def held(solution: Solution) -> HealthCheck:
     )
 
 
-def _beyond(solution: Solution, rows: np.ndarray, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return how far each force is beyond what there can be, and what there can be, by frame and switch.
+def _beyond(
+    solution: Solution, rows: np.ndarray, states: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return how far each force is beyond what there can be, what there can be, and the largest force of each frame.
 
-    Of a stop, that is how hard it pulls, in parts of the largest force of a stop or friction there.
+    The first two are by frame and switch. Of a stop, that is how hard it pulls, in parts of the largest force of a
+    stop or friction there.
     """
     system, p, t = solution.system, solution.p, solution.t[rows]
     layout, settings = Layout(system), solution.forms.settings[solution.forms.index[rows]]
     forms = Forms(solution.forms.settings, solution.forms.index[rows])
     _, multipliers, forces = forms.evaluate(system, p, t, states)
-    n_stops = layout.n_stops
+    n_stops, largest = layout.n_stops, np.abs(forces).max(axis=1, keepdims=True)
     able, beyond = np.zeros_like(forces), np.zeros_like(forces)
     pulls = np.where(settings[:, layout.closed] != 0.0, -forces[:, :n_stops], 0.0)
-    able[:, :n_stops] = np.abs(forces).max(axis=1, keepdims=True)
+    able[:, :n_stops] = largest
     beyond[:, :n_stops] = np.maximum(pulls, 0.0)
     sticks = (settings[:, layout.stuck] != 0.0) & ~layout.aiming(settings) & ~smooth_frictions(system)
     normals = normals_of(system)
@@ -82,7 +86,7 @@ def _beyond(solution: Solution, rows: np.ndarray, states: np.ndarray) -> tuple[n
     most = np.where([given(normal) for normal in normals], static, static * pressed)
     able[:, n_stops:] = most
     beyond[:, n_stops:] = np.where(sticks, layout.together(np.abs(forces[:, n_stops:])) - most, 0.0)
-    return np.maximum(beyond, 0.0), able
+    return np.maximum(beyond, 0.0), able, largest
 
 
 def _static_levels(solution: Solution, rows: np.ndarray, states: np.ndarray, first: int) -> np.ndarray:
