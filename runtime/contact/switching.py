@@ -553,6 +553,7 @@ def _adds_energy(here: LocalDynamics, x: np.ndarray) -> bool:
 _VIOLATED = 1e-6  # gap at the start, in parts of the coordinates' sizes, from which on it is an error
 _WITHIN_STEPS = 2.0  # the pull may grow while a gap opens
 _STEPS_BEFORE_REST = 1e3
+_SHORTENED = 1e-2  # of the mean step so far: a step that a turning direction has shortened
 _AT_REST = 1e-6  # of what a sliding speed changes by in a step: at its event it is zero but for round-off
 
 
@@ -661,8 +662,10 @@ class Switching(Holding):
         except np.linalg.LinAlgError:  # not a number: another reason to stop
             return ""
         rest = self._sliding(here) / np.maximum(pulled, 1e-300)  # [s]
-        near = self.turning & (rest <= _STEPS_BEFORE_REST * self.arrays.h_last)
-        if not near.any():
+        arrays = self.arrays
+        mean = (arrays.t - arrays.control[at.T_START]) / max(int(arrays.counters[at.STEPS]), 1)
+        near = self.turning & (rest <= _STEPS_BEFORE_REST * arrays.h_last)
+        if not near.any() or arrays.h_last > _SHORTENED * mean:
             return ""
         k = int(np.flatnonzero(near)[0])
         name, t, speed = self.names[self.n_stops + k], self.arrays.t, self._sliding(here)[k]
