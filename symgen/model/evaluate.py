@@ -11,7 +11,6 @@ from collections.abc import Mapping, Sequence
 from symgen.runtime.graph.functions import CONDITIONS
 
 from . import algebra, exact
-from .algebra import postorder
 from .expression_tree import TABLE, kind
 
 OPERATIONS = (
@@ -43,7 +42,7 @@ def evaluate(root: algebra.Expr, values: Mapping[str, float | None]) -> float | 
     if isinstance(root, algebra.Symbol):
         return values.get(root.name)
     memo: dict[int, Value] = {}
-    for node in postorder([root]):
+    for node in root.nodes:
         memo[id(node)] = _value(node, [memo[id(x)] for x in node.args], values)
     value = memo[id(root)]
     if isinstance(value, NotFinite):

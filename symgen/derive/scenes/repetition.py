@@ -12,8 +12,6 @@ from functools import partial
 from math import gcd
 from typing import Any
 
-from symgen.model.algebra import postorder
-
 from ...model import algebra
 from ...model.algebra import Expr, Symbol
 from ...model.description import Body, Coordinate, Description
@@ -216,7 +214,7 @@ class _Keys:
         numbers = self._numbers
         done: dict[int, int] = {}
         owned: set[int] = set()
-        for x in postorder([expression]):
+        for x in expression.nodes:
             if isinstance(x, Symbol):
                 place = self._places.get(x.name)
                 if place is None:
