@@ -197,7 +197,10 @@ def _by_parts(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     z = np.zeros(len(right))
     if (right >= 0.0).all() and np.isfinite(right).all():
         return z
-    for part in parts_of(matrix):
+    parts = parts_of(matrix)
+    if len(parts) == 1:
+        return lemke(matrix, right)
+    for part in parts:
         z[part] = lemke(matrix[np.ix_(part, part)], right[part])
     return z
 

@@ -100,6 +100,8 @@ def parts_of(matrix: np.ndarray) -> list[np.ndarray]:
     joined = matrix != 0.0
     joined |= joined.T
     np.fill_diagonal(joined, val=True)
+    if joined.all():
+        return [np.ones(n, dtype=bool)]
     parts, left = [], np.ones(n, dtype=bool)
     while left.any():
         part = joined[np.argmax(left)]
