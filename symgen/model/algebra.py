@@ -114,14 +114,9 @@ class Expr:
         return Mul._of((NEGATIVE_ONE, self))
 
     @cached_property
-    def nodes(self) -> tuple[Expr, ...]:
-        """Every part of it once, itself last, arguments before what they are arguments of: checks walk it often."""
-        return tuple(postorder([self]))
-
-    @cached_property
     def free_symbols(self) -> frozenset[Symbol]:
         """The names in it."""
-        return frozenset(x for x in self.nodes if isinstance(x, Symbol))
+        return frozenset(x for x in postorder([self]) if isinstance(x, Symbol))
 
     @property
     def is_number(self) -> bool:
@@ -138,7 +133,7 @@ class Expr:
 
     def atoms(self, kind: type[Expr]) -> set[Expr]:
         """All parts that are of a class, each once."""
-        return {x for x in self.nodes if isinstance(x, kind)}
+        return {x for x in postorder([self]) if isinstance(x, kind)}
 
     def xreplace(self, replaced: Mapping[Expr, Expr]) -> Expr:
         """The expression with others in place of some of its parts."""
@@ -280,11 +275,6 @@ class Symbol(Expr):
 
     def __repr__(self) -> str:
         return self.name
-
-    @cached_property
-    def nodes(self) -> tuple[Expr, ...]:
-        """Every part of it once, itself last, arguments before what they are arguments of: checks walk it often."""
-        return tuple(postorder([self]))
 
     @cached_property
     def free_symbols(self) -> frozenset[Symbol]:

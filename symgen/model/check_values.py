@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from . import algebra
+from .algebra import postorder
 from .description import Body, Bristle, Description, Joint
 from .evaluate import NotFinite, evaluate
 from .expression_tree import kind
@@ -53,7 +54,7 @@ def rate_degree(root: algebra.Expr, definitions: Mapping[str, int]) -> int:
         Degrees of the names that it may use, where they are not 0: definitions, and rates with names of their own.
     """
     memo: dict[int, int] = {}
-    for node in root.nodes:
+    for node in postorder([root]):
         what = kind(node)
         degrees = [memo[id(x)] for x in node.args]
         if what == "symbol":

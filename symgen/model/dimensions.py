@@ -19,6 +19,7 @@ from symgen.runtime.graph.functions import CONDITIONS, IN_MODELS
 
 from ..errors import ModelError
 from . import algebra
+from .algebra import postorder
 from .description import Constraint, Coordinate, Description
 from .exact import python_number
 from .expression_tree import TABLE, kind
@@ -67,7 +68,7 @@ def infer(root: algebra.Expr, names: Mapping[str, Size], decimals: frozenset = f
     if isinstance(root, algebra.Symbol):
         return names.get(root.name)
     memo: dict[int, Size] = {}
-    for node in root.nodes:
+    for node in postorder([root]):
         sizes = [memo[id(x)] for x in node.args]
         memo[id(node)] = _size(node, kind(node), sizes, names, decimals)
     return memo[id(root)]

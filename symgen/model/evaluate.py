@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from symgen.runtime.graph.functions import CONDITIONS
 
 from . import algebra, exact
+from .algebra import postorder
 from .expression_tree import TABLE, kind
 
 OPERATIONS = (
@@ -42,7 +43,7 @@ def evaluate(root: algebra.Expr, values: Mapping[str, float | None]) -> float | 
     if isinstance(root, algebra.Symbol):
         return values.get(root.name)
     memo: dict[int, Value] = {}
-    for node in root.nodes:
+    for node in postorder([root]):
         memo[id(node)] = _value(node, [memo[id(x)] for x in node.args], values)
     value = memo[id(root)]
     if isinstance(value, NotFinite):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 from . import algebra
@@ -23,21 +22,8 @@ FUNCTIONS: dict[type, str] = {kind: name for name, kind in (CLASSES | CONDITION_
 TABLE = "table"
 
 
-_KINDS: dict[type, str] = FUNCTIONS | {
-    algebra.Symbol: "symbol",
-    algebra.Add: "sum",
-    algebra.Mul: "product",
-    algebra.Pow: "power",
-    algebra.Integer: "number",
-    algebra.Rational: "number",
-}
-
-
 def kind(node: algebra.Expr) -> str | None:
     """What a node is: symbol, number, constant (pi), sum, product, power, a function; None if unknown."""
-    what = _KINDS.get(type(node))
-    if what is not None:
-        return what
     if isinstance(node, algebra.Symbol):
         return "symbol"
     if isinstance(node, algebra.Number):
@@ -71,7 +57,7 @@ class Uses:
 
 def uses(root: algebra.Expr) -> Uses:
     """What an expression mentions."""
-    order = root.nodes
+    order = postorder([root])
     dots = [node for node in order if isinstance(node, dot)]
     inside = postorder([x for node in dots for x in node.args]) if dots else []
     return Uses(
@@ -86,8 +72,8 @@ def uses(root: algebra.Expr) -> Uses:
 
 def names_in(root: algebra.Expr) -> frozenset[str]:
     """The names in an expression."""
-    return _names(root.nodes)
+    return _names(postorder([root]))
 
 
-def _names(nodes: Iterable[algebra.Expr]) -> frozenset[str]:
+def _names(nodes: list[algebra.Expr]) -> frozenset[str]:
     return frozenset(node.name for node in nodes if isinstance(node, algebra.Symbol))

@@ -12,6 +12,8 @@ from functools import partial
 from math import gcd
 from typing import Any
 
+from symgen.model.algebra import postorder
+
 from ...model import algebra
 from ...model.algebra import Expr, Symbol
 from ...model.description import Body, Coordinate, Description
@@ -214,7 +216,7 @@ class _Keys:
         numbers = self._numbers
         done: dict[int, int] = {}
         owned: set[int] = set()
-        for x in expression.nodes:
+        for x in postorder([expression]):
             if isinstance(x, Symbol):
                 place = self._places.get(x.name)
                 if place is None:
