@@ -139,8 +139,9 @@ def test_the_kinetic_energy_of_a_springs_mass_is_that_of_its_pieces():
     assert found == pytest.approx(kinetic, rel=1e-14)
 
 
+@pytest.mark.parametrize("method", ["dop853", "taylor"])
 @pytest.mark.parametrize("acts, side", [("pull", 1.0), ("push", -1.0)])
-def test_what_acts_one_way_lets_go(acts, side):
+def test_what_acts_one_way_lets_go(acts, side, method):
     """A mass on a damped rope above it, or on a buffer below: against SciPy, stopped where the rope goes slack."""
     k, c, l, m_, g = 400.0, 6.0, 0.5, 1.0, 9.81
     m = Model("bungee", gravity=(0, "-9.81 m/s^2"))
@@ -164,7 +165,7 @@ def test_what_acts_one_way_lets_go(acts, side):
     def motion(t, s):
         return [s[1], -g - tension(*s) * (1 if s[0] > end else -1) / m_]
 
-    run = m.derive().run(t_end=2.5, rtol=1e-10, method="dop853")
+    run = m.derive().run(t_end=2.5, rtol=1e-10, method=method)
     assert run.ok, run.message
     reference = solve_ivp(
         motion, (0, 2.5), [run["y"][0], 0.0], rtol=1e-10, atol=1e-12, max_step=1e-3, t_eval=run.t
@@ -195,7 +196,8 @@ def rubber(kind: str) -> Callable[[float], float]:
     "kind, acts, method",
     [
         ("linear", "both", "dop853"), ("linear", "pull", "dop853"), ("pchip", "push", "dop853"),
-        ("cubic", "both", "taylor"), ("pchip", "both", "radau5"),
+        ("linear", "pull", "taylor"), ("pchip", "push", "taylor"), ("cubic", "both", "taylor"),
+        ("pchip", "both", "radau5"),
     ],
 )  # fmt: skip
 def test_a_spring_with_a_curve(kind, acts, method):
