@@ -152,7 +152,8 @@ def test_a_file_of_something_else_is_refused(tmp_path):
     "changes",
     [
         {"t_end": None}, {"rtol": "x"}, {"atol": []}, {"model": 7}, {"method": {}}, {"notes": 3}, {"series": ["t"]},
-        {"varied": None}, {"messages": {"x": "y"}}, {"messages": []}, {"shape": {"a": "b"}}, {"n": True}, {"n_done": 99},
+        {"varied": None}, {"messages": {"x": "y"}}, {"messages": []}, {"shape": {"a": "b"}}, {"n": True},
+        {"n_done": 99},
         {"n": 0, "n_done": 0}, {"identity": None}, {"t_end": 10**400}, {"theta1": np.zeros(7)}, {"ok": np.zeros(8)},
         {"theta1": np.zeros(8, dtype="M8[s]")}, {"steps": np.zeros((8, 2), dtype=int)}, {"t": np.zeros((1, 1))},
         {"status": np.full(8, 57, dtype=np.int8)}, {"status": np.full(8, -22, dtype=np.int8)},
