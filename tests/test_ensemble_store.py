@@ -28,6 +28,7 @@ from symgen.runtime.ensemble import (
 from symgen.runtime.ensemble.zarr_store import StoreError, ZarrStore
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.front import load
+from symgen.runtime.inputs import Controller
 
 pytest.importorskip("zarr")
 MODULE = Path(__file__).parents[1] / "generated" / "double_pendulum.py"
@@ -105,6 +106,42 @@ def test_an_interrupted_store_goes_on(tmp_path, whole):
     assert 0 < first.n_done < N
     assert np.isnan(first["theta1"]).any()
     assert_same(ensemble(out=tmp_path / "runs.zarr", resume=True), whole)
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        {
+            "inputs": {"F": Controller(lambda t, x: 30.0 * x[1] + 6.0 * x[3], period=0.02)},
+            "n": 24,
+            "method": "rk4",
+        },
+        {"n": 2000, "rtol": 1e-12, "method": "dop853"},
+    ],
+    ids=["one after another", "in lanes"],
+)
+def test_members_that_an_interrupt_has_ended_are_not_taken_for_done(tmp_path, asked):
+    """They were written as failed ones, or without a verdict, and a store that was gone on with had kept them."""
+
+    def run(**more):
+        system = load(MODULE.with_name("cart_pole.py"))
+        varied = {"parameters": {"l": normal(1.0, 0.01)}}
+        return system.ensemble(20.0, seed=2, threads=2, out=tmp_path / "runs.zarr", **varied, **asked, **more)
+
+    def stop(done, of, failed):
+        time.sleep(0.05)  # others are on their way
+        raise KeyboardInterrupt
+
+    first = run(progress=stop)
+    assert 0 < first.n_done < first.n
+    store = ZarrStore.open(tmp_path / "runs.zarr")
+    assert 0 < store.n_done() < store.n
+    for _, piece in store.pieces(["status"]):
+        assert (piece["status"] == 1).all()
+    assert not store.messages()
+    again = run(resume=True)
+    assert again.n_failed == 0
+    assert not any("run again" in note for note in again.notes)
 
 
 _CLIENT = """

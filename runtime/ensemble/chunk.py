@@ -15,6 +15,7 @@ import numpy as np
 from symgen.runtime.ensemble.packing import pack
 from symgen.runtime.ensemble.reduction import Reduction
 from symgen.runtime.ensemble.sampling import named_beside
+from symgen.runtime.ensemble.single import refuse_given_up
 from symgen.runtime.ensemble.tally import Tally
 from symgen.runtime.ensemble.verdict import VERDICTS, Verdicts
 from symgen.runtime.ensemble.work import Part, run_part
@@ -138,6 +139,7 @@ def run_chunk(
         if (begin - first) % block_length == 0:
             blocks.append(wanted.empty())
         part = run_part(plan, wanted.names, begin, min(begin + part_length, last))
+        refuse_given_up(plan)
         tally.add(Tally.of(begin, part.verdicts, part.messages))
         _merge(plan, wanted, part, blocks[-1])
         if gather or store is not None:
