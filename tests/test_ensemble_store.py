@@ -15,10 +15,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symgen.runtime.ensemble import histogram, identity, linspace, normal, quantiles, shipping
+from symgen.runtime.ensemble import (
+    digests,
+    histogram,
+    identity,
+    linspace,
+    normal,
+    quantiles,
+    shipping,
+    zarr_store,
+)
 from symgen.runtime.ensemble.zarr_store import StoreError, ZarrStore
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.front import load
+from symgen.runtime.inputs import Controller
 
 pytest.importorskip("zarr")
 MODULE = Path(__file__).parents[1] / "generated" / "double_pendulum.py"
@@ -96,6 +106,42 @@ def test_an_interrupted_store_goes_on(tmp_path, whole):
     assert 0 < first.n_done < N
     assert np.isnan(first["theta1"]).any()
     assert_same(ensemble(out=tmp_path / "runs.zarr", resume=True), whole)
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        {
+            "inputs": {"F": Controller(lambda t, x: 30.0 * x[1] + 6.0 * x[3], period=0.02)},
+            "n": 24,
+            "method": "rk4",
+        },
+        {"n": 2000, "rtol": 1e-12, "method": "dop853"},
+    ],
+    ids=["one after another", "in lanes"],
+)
+def test_members_that_an_interrupt_has_ended_are_not_taken_for_done(tmp_path, asked):
+    """They were written as failed ones, or without a verdict, and a store that was gone on with had kept them."""
+
+    def run(**more):
+        system = load(MODULE.with_name("cart_pole.py"))
+        varied = {"parameters": {"l": normal(1.0, 0.01)}}
+        return system.ensemble(20.0, seed=2, threads=2, out=tmp_path / "runs.zarr", **varied, **asked, **more)
+
+    def stop(done, of, failed):
+        time.sleep(0.05)  # others are on their way
+        raise KeyboardInterrupt
+
+    first = run(progress=stop)
+    assert 0 < first.n_done < first.n
+    store = ZarrStore.open(tmp_path / "runs.zarr")
+    assert 0 < store.n_done() < store.n
+    for _, piece in store.pieces(["status"]):
+        assert (piece["status"] == 1).all()
+    assert not store.messages()
+    again = run(resume=True)
+    assert again.n_failed == 0
+    assert not any("run again" in note for note in again.notes)
 
 
 _CLIENT = """
@@ -326,3 +372,145 @@ def test_every_member_is_accounted_for(tmp_path):
         assert {0, 7, 10} <= set(np.flatnonzero(one.verdicts.ok))
         assert {1, 2, 3, 8} <= set(one.failed)
     assert e["theta1"].tobytes() == stored["theta1"].tobytes()
+
+
+def test_chunks_that_have_changed_places_are_noticed(tmp_path, whole):
+    """Checksums agree: each is whole, but stands where another was."""
+    out = tmp_path / "runs.zarr"
+    ensemble(out=out)
+    for name in ("L2", "theta1", "theta2", "dot(theta1)", "dot(theta2)", "steps", "energy_error"):
+        first, second = out / name / "c" / "0", out / name / "c" / "1"
+        a, b = first.read_bytes(), second.read_bytes()
+        first.write_bytes(b)
+        second.write_bytes(a)
+    with pytest.raises(StoreError, match=r"theta1 of members 0 to .* its digest says; .* resume"):
+        ZarrStore.open(out).read("theta1")
+    assert_same(ensemble(out=out, resume=True), whole)
+
+
+def test_a_chunk_of_another_store_of_the_same_ensemble_is_noticed(tmp_path):
+    """One that is laid out in the same way, of another seed."""
+    ensemble(out=tmp_path / "runs.zarr")
+    ensemble(out=tmp_path / "other.zarr", seed=3)
+    file = Path("theta2") / "c" / "1"
+    (tmp_path / "runs.zarr" / file).write_bytes((tmp_path / "other.zarr" / file).read_bytes())
+    with pytest.raises(StoreError, match=r"theta2 of members .* digest"):
+        ZarrStore.open(tmp_path / "runs.zarr").read("theta2")
+
+
+def test_numbers_in_another_order_of_bytes_are_noticed(tmp_path):
+    interrupted(tmp_path)
+    _array(
+        tmp_path / "runs.zarr",
+        "theta1",
+        codecs=[{"name": "bytes", "configuration": {"endian": "big"}}, {"name": "crc32c"}],
+    )
+    with pytest.raises(StoreError, match="the array theta1 is not as it should be"):
+        ZarrStore.open(tmp_path / "runs.zarr")
+
+
+@pytest.mark.parametrize("changes", [{"rtol": 1e-9}, {"method": "radau5"}, {"model": "x"}, {"t_end": 7.0}])
+def test_what_a_store_says_of_itself_cannot_be_changed_unnoticed(tmp_path, changes):
+    interrupted(tmp_path)
+    _about(tmp_path / "runs.zarr", **changes)
+    with pytest.raises(StoreError, match=r"what its zarr\.json says was changed after it was written"):
+        ZarrStore.open(tmp_path / "runs.zarr")
+
+
+@pytest.mark.parametrize("name", ["status", "more", "more/digests", "singly"])
+def test_a_pipe_is_not_waited_for(tmp_path, name):
+    interrupted(tmp_path)
+    file = tmp_path / "runs.zarr" / name / "zarr.json"
+    file.unlink()
+    os.mkfifo(file)
+    with pytest.raises(StoreError, match="is no plain file"):
+        ZarrStore.open(tmp_path / "runs.zarr")
+
+
+def _forge(store, name, edit, k=0):
+    """Change numbers of a chunk and sign them, as whoever has read the sources can."""
+    import zarr
+
+    first, last = store.rows(k)
+    group = zarr.open_group(store.path, mode="r+")
+    values = group[name][first:last]
+    edit(values)
+    group[name][first:last] = values
+    sums = group["more/digests"][:]
+    sums[k, store.names.index(name)] = digests.of_chunk(store.about["digest"], name, k, values)
+    group["more/digests"][:] = sums
+
+
+def test_members_that_somebody_has_made_up_are_run_again(tmp_path, whole):
+    out = tmp_path / "runs.zarr"
+    ensemble(out=out)
+    _forge(ZarrStore.open(out), "theta1", lambda values: values.__imul__(1.5))
+    assert np.array_equal(ZarrStore.open(out).read("theta2"), whole["theta2"])  # nothing tells so far
+    e = ensemble(out=out, resume=True)
+    assert any("were not those of the model, and run again" in note for note in e.notes)
+    assert e["theta1"].tobytes() == whole["theta1"].tobytes()
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "said"),
+    [("status", 57, "verdicts that there are not"), ("status", -22, "contradict themselves")],
+)
+def test_verdicts_that_contradict_themselves_are_refused(tmp_path, name, value, said):
+    out = tmp_path / "runs.zarr"
+    ensemble(out=out)
+    _forge(ZarrStore.open(out), name, lambda values: values.__setitem__(3, value))
+    with pytest.raises(StoreError, match=said):
+        [*ZarrStore.open(out).pieces(["status", "ok"])]
+
+
+def test_a_number_of_members_that_nobody_can_hold_is_refused(tmp_path):
+    """Nor is one looked for that is not there."""
+    out = tmp_path / "runs.zarr"
+    ensemble(out=out)
+    whole = json.loads((out / "zarr.json").read_text())
+    about = whole["attributes"]["symgen"]
+    about["n"] = 1 << 47
+    about["digest"] = digests.of_about(about)
+    (out / "zarr.json").write_text(json.dumps(whole))
+    for file in out.glob("*/zarr.json"):
+        if file.parent.name != "more":
+            _array(out, file.parent.name, shape=[1 << 47])
+    n_chunks = -(-(1 << 47) // about["chunk"])
+    _array(
+        out,
+        "more/digests",
+        shape=[n_chunks, *json.loads((out / "more/digests/zarr.json").read_text())["shape"][1:]],
+    )
+    store = ZarrStore.open(out)
+    assert store.n_done() < 1 << 20
+    with pytest.raises(StoreError, match=r"theta1 of .* members need .* GiB"):
+        store.read("theta1")
+    with pytest.raises(
+        RuntimeModelError, match="contradicts itself: it is of this ensemble, but its n is of another"
+    ):
+        ensemble(out=out, resume=True)
+
+
+def test_of_two_that_write_to_a_store_one_is_refused(tmp_path, whole):
+    out = tmp_path / "runs.zarr"
+    interrupted(tmp_path)
+    with ZarrStore.open(out).held(), pytest.raises(StoreError, match="another process is writing to it"):
+        ensemble(out=out, resume=True)
+    assert_same(ensemble(out=out, resume=True), whole)
+
+
+def test_of_two_that_make_a_store_one_is_refused(tmp_path, monkeypatch):
+    """The other one is there when it has been laid out; nothing of it is touched, and nothing left behind."""
+    out = tmp_path / "runs.zarr"
+    lay_out = zarr_store._lay_out
+
+    def slowly(*arguments):
+        lay_out(*arguments)
+        out.mkdir()
+        (out / "precious").touch()
+
+    monkeypatch.setattr(zarr_store, "_lay_out", slowly)
+    with pytest.raises(StoreError, match="is there already"):
+        ensemble(out=out)
+    assert [x.name for x in tmp_path.iterdir()] == ["runs.zarr"]
+    assert [x.name for x in out.iterdir()] == ["precious"]

@@ -479,3 +479,37 @@ def test_the_jacobian_by_a_quaternion_is_judged_along_what_rates_do_to_it():
     given = {"method": "radau5", "rate": {"ball_wx": 1.0, "ball_wz": 2.0}}
     assert "jacobian" not in objections(solve(_hanging_body(), 0.5, **given))
     assert "jacobian" in _notes(solve(_hanging_body(_with_wrong_entry), 0.5, **given))
+
+
+@pytest.mark.parametrize("name", ["verlet", "rk4", "gauss6", "dop853", "radau5"])
+def test_a_jump_in_the_instant_of_the_end_is_no_error(name):
+    """One run meets it just in time, and the one beside it does not: neither is wrong."""
+    m = Model("end")
+    m.parameters(speed=1.0, there=1.0)
+    x = m.coordinate("x", rate="speed")
+    m.kinetic(dot(x) ** 2 / 2)
+    m.event("turn", "x - there", "rising", {"reset": {"dot(x)": "-dot(x)"}})
+    system = m.derive()
+    for v in (0.5, 1.0, 3.0):
+        for at in (1.0, 1.5):
+            for off in (0.0, 1e-15, -1e-15):
+                run = system.run(t_end=at * (1 + off), method=name, parameters={"speed": v, "there": v * at})
+                assert run["x"][-1] == pytest.approx(v * at, abs=1e-12)
+                assert not run.objections
+
+
+def test_an_integral_that_nobody_sees_is_not_judged():
+    """That of a state over time is hidden: however small it is beside atol, the state is right."""
+    m = Model("lag")
+    m.state("s", derivative="(1 - s)/1e9")
+    run = m.derive().run(t_end=0.4, method="bdf", rtol=1e-7)
+    assert run["s"][-1] == pytest.approx(4e-10, rel=1e-3)
+    assert not any("integral" in objection.says for objection in run.objections)
+
+
+def test_a_step_longer_than_the_run_is_judged_by_the_run():
+    m = Model("slow")
+    m.state("s", derivative="(cos(3*t) - s)/1e3")
+    run = m.derive().run(t_end=0.5, method="gauss8", step=100.0)
+    assert run["s"][-1] == pytest.approx(np.sin(1.5) / 3e3, rel=1e-3)
+    assert not any(objection.check == "time terms" for objection in run.objections)

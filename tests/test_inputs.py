@@ -272,3 +272,54 @@ def test_a_function_that_jumps_is_said_to():
 def test_functions_that_cannot_be_taken(function, says):
     with pytest.raises(RuntimeModelError, match=re.escape("input 'F': ") + ".*" + re.escape(says)):
         symgen.load("cart_pole").run(2.0, inputs={"F": function})
+
+
+def pushed():
+    m = Model("pushed")
+    m.coordinate("x")
+    m.input("F")
+    m.kinetic("dot(x)^2/2")
+    m.force("x", "F")
+    return m.derive()
+
+
+@pytest.mark.parametrize("name", ["dopri5", "radau5", "implicit_midpoint", "taylor"])
+@pytest.mark.parametrize("steep", [1e-3, 1e-9, 1e-12])
+def test_a_steep_ramp_hides_no_kinks_of_the_rest(name, steep):
+    """A table that jumps within a moment, as users write it, and has pulses elsewhere."""
+    t = np.array([0.0, 0.5, 0.5 + steep, 1.0, 1.9, 1.901, 1.902, 3.0])
+    x = np.array([1e3, 1e3, 0.0, 0.0, 0.0, 500.0, 0.0, 0.0])
+    run = pushed().run(t_end=3.0, method=name, inputs={"F": Table(t, x)})
+    expected = np.trapezoid(x, t)
+    if run.status == "success" and not run.objections:
+        assert run["dot(x)"][-1] == pytest.approx(expected, rel=1e-5)
+    assert name != "taylor" or run.status == "success"
+
+
+def test_kinks_are_found_whatever_slopes_are_elsewhere():
+    pieces = Table(
+        [0.0, 1.0, 1.0 + 1e-12, 2.0, 3.0, 4.0, 5.0], [0.0, 0.0, 1e9, 1e9, 1e9 + 1.0, 1e9, 1e9]
+    ).pieces()
+    assert pieces.kinks().all()
+    values = np.sin(np.linspace(0.0, 3.0, 50))
+    assert (
+        not Table(np.linspace(0.0, 3.0, 50), values, kind="cubic").pieces().kinks()[1:-1].any()
+    )  # its ends are kinks
+    line = np.linspace(0.1, 77.7, 1001)
+    assert not Table(line, 3.3 * line - 100.0).pieces().kinks()[1:-1].any()
+
+
+@pytest.mark.parametrize("kind", ["hold", "linear"])
+def test_what_is_too_short_to_be_told_apart_is_refused(kind):
+    """It was left out, and nothing said so."""
+    width = 1.0 + 1e-14 - 1.0
+    pulse = Table([0.0, 1.0, 1.0 + 1e-14, 2.0], [0.0, 1.0 / width, 0.0, 0.0], kind=kind)
+    ramp = [0.0, 1.0, 1.0 + 1e-14, 2.0], [0.0, 0.0, 5.0, 5.0]  # a jump that counts for nothing by itself
+    if kind == "hold":
+        with pytest.raises(
+            RuntimeModelError, match=r"input 'F': what it does at t = 1 s lasts 1e-14 s, .* spread it"
+        ):
+            pushed().run(t_end=3.0, inputs={"F": pulse})
+    else:
+        run = pushed().run(t_end=3.0, inputs={"F": ramp})
+        assert run["dot(x)"][-1] == pytest.approx(10.0, rel=1e-9)

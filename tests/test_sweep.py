@@ -148,6 +148,42 @@ def test_a_file_of_something_else_is_refused(tmp_path):
     assert "compressed" in call(path, "--show", status=1)
 
 
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"t_end": None}, {"rtol": "x"}, {"atol": []}, {"model": 7}, {"method": {}}, {"notes": 3}, {"series": ["t"]},
+        {"varied": None}, {"messages": {"x": "y"}}, {"messages": []}, {"shape": {"a": "b"}}, {"n": True},
+        {"n_done": 99},
+        {"n": 0, "n_done": 0}, {"identity": None}, {"t_end": 10**400}, {"theta1": np.zeros(7)}, {"ok": np.zeros(8)},
+        {"theta1": np.zeros(8, dtype="M8[s]")}, {"steps": np.zeros((8, 2), dtype=int)}, {"t": np.zeros((1, 1))},
+        {"status": np.full(8, 57, dtype=np.int8)}, {"status": np.full(8, -22, dtype=np.int8)},
+    ],
+    ids=str,
+)  # fmt: skip
+def test_a_file_of_members_from_strangers(tmp_path, changes):
+    path = tmp_path / "runs.npz"
+    call(*PENDULUM, "--vary", "L2=normal(1, 0.01)", "-n", 8, "--out", path)
+    with np.load(path) as file:
+        arrays = dict(file)
+    about = json.loads(str(arrays.pop("about")))
+    arrays |= {name: value for name, value in changes.items() if isinstance(value, np.ndarray)}
+    about |= {name: value for name, value in changes.items() if not isinstance(value, np.ndarray)}
+    np.savez(path, **arrays, about=np.array(json.dumps(about)))
+    said = call(path, "--show", status=1)
+    assert "runs.npz is no ensemble: " in said
+    assert "internal" not in said
+
+
+def test_members_that_somebody_has_made_up_are_not_gone_on_with(tmp_path):
+    path = tmp_path / "runs.npz"
+    asked = (*PENDULUM, "--vary", "L2=normal(1, 0.01)", "-n", 64, "--out", path)
+    call(*asked)
+    with np.load(path) as file:
+        arrays = dict(file)
+    np.savez(path, **{**arrays, "theta1": arrays["theta1"] * 1.5})
+    assert "numbers that are not those of this ensemble" in call(*asked, "--resume", status=1)
+
+
 def test_a_store_grows_and_is_gone_on_with(tmp_path):
     pytest.importorskip("zarr")
     out, html, film = tmp_path / "runs.zarr", tmp_path / "runs.html", tmp_path / "some.rrd"

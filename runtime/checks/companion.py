@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -20,9 +21,10 @@ from symgen.runtime.record import record
 from symgen.runtime.timing.timetable import timetable
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from symgen.runtime.checks.jumped_over import SharpPlaces
+    from symgen.runtime.event_actions import EventRecord
     from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
     from symgen.runtime.timing.timetable import Timetable
@@ -134,12 +136,15 @@ class Followed:
         Where it ended.
     ended : bool
         Whether an event ended it.
+    jumped : float [s]
+        When rates jumped last.
     """
 
     states: np.ndarray
     steps: int
     t: float
     ended: bool
+    jumped: float = -math.inf
 
 
 def follow(
@@ -179,7 +184,19 @@ def follow(
     arrays = run.arrays
     states = arrays.frames[: arrays.counters[at.NEXT_FRAME], : len(state)].copy()
     give_back(arrays)
-    return Followed(states, int(arrays.counters[at.STEPS]), arrays.t, run.status == "terminated")
+    return Followed(
+        states,
+        int(arrays.counters[at.STEPS]),
+        arrays.t,
+        run.status == "terminated",
+        last_jump(run.actions.log),
+    )
+
+
+def last_jump(events: Sequence[EventRecord]) -> float:
+    """Return when rates jumped last [s]."""
+    jumps = (event.t for event in reversed(events) if event.action not in ("record", "terminate"))
+    return next(jumps, -math.inf)
 
 
 def _timetable(

@@ -10,7 +10,16 @@ import numpy as np
 
 from symgen.runtime.batches import right_hand_sides
 from symgen.runtime.checks.amplification import Amplification, Stretch, together
-from symgen.runtime.checks.companion import Companion, Followed, finer, follow, independent, loose, tighter
+from symgen.runtime.checks.companion import (
+    Companion,
+    Followed,
+    finer,
+    follow,
+    independent,
+    last_jump,
+    loose,
+    tighter,
+)
 from symgen.runtime.checks.growth import (
     LARGEST_POWER,
     SATURATED,
@@ -355,6 +364,10 @@ class _Comparison:
         # What dies out moves little in a part from the middle: that is not what its error is measured by.
         size = self._sizes_seen(found.states, companion) if n == len(self._t) else self._size
         relative = companion.remains * self._off(found.states, states, size)
+        if n == len(t) > 1 and max(found.jumped, last_jump(self._solution.events)) > t[-2]:
+            # The last frame of one run may stand before a jump that in the other comes just in time.
+            nq = self.system.nq
+            relative[-1, nq:] = np.minimum(relative[-1, nq:], relative[-2, nq:])
         if found.ended and n < len(t):
             # By an event that the run met later, or not at all.
             relative[-1] = np.maximum(relative[-1], (t[-1] - found.t) / (self._t[-1] - self._t[0]))
@@ -430,6 +443,8 @@ class _Comparison:
             finite = np.isfinite(off.sum())
         if not finite:
             off = np.where(np.isfinite(off), off, np.inf)
+        if self.system.integrals:  # of states: nobody sees them, and nothing depends on them
+            off[:, list(self.system.integrals)] = 0.0
         return np.minimum(off, np.vstack([off[1:], off[-1:]])) if self.jumps else off
 
     def _is_lost(self, found: np.ndarray, states: np.ndarray) -> bool:

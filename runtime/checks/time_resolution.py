@@ -37,8 +37,9 @@ def time_resolution(solution: Solution) -> Iterator[HealthCheck]:
         )
         yield HealthCheck("time terms", False, step_limits.missed, 0.0, says)
     elif solution.step and solution.system.has("time_terms"):
-        left_out, t = _left_out(solution, solution.step)
-        found = f"steps of {solution.step:.3g} s leave out {left_out:.2g} of what time alone does at t = {t:.6g} s"
+        taken = min(solution.step, float(solution.t[-1]) - solution.t_start)  # the last one ends with the run
+        left_out, t = _left_out(solution, taken)
+        found = f"steps of {taken:.3g} s leave out {left_out:.2g} of what time alone does at t = {t:.6g} s"
         objection = f"{found}: take shorter ones, or a method that chooses its steps"
         if left_out > 0.0:
             yield limited("time terms", left_out, _MOST_LEFT_OUT, f"at most, {found}", objection)

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symgen.runtime.ensemble.packing import pack, unpack
+from symgen.runtime.ensemble.packing import pack
 from symgen.runtime.ensemble.reduction import Reduction
 from symgen.runtime.ensemble.sampling import named_beside
+from symgen.runtime.ensemble.single import refuse_given_up
 from symgen.runtime.ensemble.tally import Tally
 from symgen.runtime.ensemble.verdict import VERDICTS, Verdicts
 from symgen.runtime.ensemble.work import Part, run_part
@@ -139,6 +140,7 @@ def run_chunk(
         if (begin - first) % block_length == 0:
             blocks.append(wanted.empty())
         part = run_part(plan, wanted.names, begin, min(begin + part_length, last))
+        refuse_given_up(plan)
         tally.add(Tally.of(begin, part.verdicts, part.messages))
         _merge(plan, wanted, part, blocks[-1])
         if gather or store is not None:
@@ -166,11 +168,11 @@ def stored_chunk(wanted: Wanted, store: ZarrStore, k: int, block_length: int) ->
         name: store.chunk_of(name, k) for name in store.names
     }  # all of them: their checksums are looked at
     verdicts = Verdicts(**{name: arrays[name] for name in VERDICTS})
-    messages, numbers = unpack(store.more(k))
+    messages, numbers = store.known(k)
     blocks = []
     try:
-        if (verdicts.status == 0).any():
-            raise ValueError("members without a verdict")
+        if (verdicts.ok & (verdicts.status != at.REACHED_STOP)).any():
+            raise ValueError("some have failed and are ok")
         if wanted.reductions and len(numbers) != -(-(last - first) // block_length):
             raise ValueError("statistics are missing")
         for own in numbers:

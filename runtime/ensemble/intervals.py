@@ -11,6 +11,7 @@ import numpy as np
 
 from symgen.runtime.ensemble.lanes import DRIVEN, N_INTERVAL
 from symgen.runtime.inputs.code import KNOT
+from symgen.runtime.inputs.given import SAME_TIME
 from symgen.runtime.record import record
 from symgen.runtime.timing.timetable import step_limits_of, timetable
 
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 
 _MOST_NUMBERS, _LEAST_MEMBERS, _MOST_MEMBERS = 1 << 22, 16, 1024  # of a call
 _NONE = np.zeros(0)
-_SAME_TIME = 64.0 * float(np.finfo(float).eps)  # relative: stops that are nearer to each other are one
 
 
 @record(eq=False)
@@ -168,7 +168,7 @@ class Breaks:
 
 
 def _tick(t: np.ndarray, t_start: float) -> np.ndarray:
-    return _SAME_TIME * np.maximum(abs(t_start), np.abs(t))
+    return SAME_TIME * np.maximum(abs(t_start), np.abs(t))
 
 
 def _joined(stops: np.ndarray, t_start: float) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -25,7 +26,9 @@ from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.plan import Plan, make_plan
 from symgen.runtime.ensemble.result import Ensemble, StoredVerdicts
 from symgen.runtime.ensemble.shipping import n_places
+from symgen.runtime.ensemble.spot_check import forged_chunks, is_of_the_model
 from symgen.runtime.ensemble.store import Stored
+from symgen.runtime.ensemble.store_about import StoreError
 from symgen.runtime.ensemble.tally import Tally
 from symgen.runtime.ensemble.verdict import VERDICTS, Verdicts
 from symgen.runtime.ensemble.work import check_names, run_part
@@ -137,7 +140,9 @@ class Collector:
             return None
         if self.plan.options.resume and ZarrStore.is_there(path):
             store = ZarrStore.open(path)
-            store.refuse_another(plan)
+            store.refuse_another(plan, self._kept)
+            if store.chunk % block_size(plan):
+                raise StoreError(f"{path} contradicts itself: its chunk is of another ensemble; begin anew")
             return store
         return ZarrStore.create(path, plan, self._kept, chunk_size(plan, self.wanted))
 
@@ -151,6 +156,7 @@ class Collector:
         """
         refuse_another(self.plan, stored.about.get("identity"), "the file")
         done = stored.about["n_done"]
+        self._refuse_forged(stored)
         for name, array in self._arrays.items():
             array[:done] = stored.arrays[name][:done]
         for name in VERDICTS:
@@ -158,8 +164,27 @@ class Collector:
         verdicts = Verdicts(**{name: getattr(self._verdicts, name)[:done] for name in VERDICTS})
         self.tally = Tally.of(0, verdicts, {int(k): said for k, said in stored.about["messages"].items()})
 
+    def _refuse_forged(self, stored: Stored) -> None:
+        """Refuse a file whose members are not those of the model."""
+        held = {name: values for name, values in stored.arrays.items() if name in self._held_names(stored)}
+        fits = stored.about["n"] == self.plan.members.n and all(
+            name in held and held[name].shape == array.shape for name, array in self._arrays.items()
+        )
+        if not fits or not is_of_the_model(self.plan, self._kept, held, stored.about["n_done"]):
+            raise RuntimeModelError(
+                "the file holds numbers that are not those of this ensemble, although it says so: it was changed; "
+                "begin anew with another file"
+            )
+
+    def _held_names(self, stored: Stored) -> set[str]:
+        return {*stored.about["varied"], *self._arrays, *VERDICTS}
+
     def run(self) -> Iterator[Chunk]:
         """Run what is left, and yield it, together with what a store has already, in the order of members."""
+        with contextlib.nullcontext() if self.store is None else self.store.held():
+            yield from self._run()
+
+    def _run(self) -> Iterator[Chunk]:
         plan, store = self.plan, self.store
         known = {}
         if store is not None:
@@ -170,6 +195,14 @@ class Collector:
             starts = range(self.n_done, plan.members.n, size)
             chunks = [(k, min(k + size, plan.members.n)) for k in starts]
         whole = {first for first, k in known.items() if self._is_whole(k)}
+        forged = forged_chunks(plan, self._kept, store, [known[first] for first in whole]) if whole else []
+        for k in forged:
+            first, last = store.rows(k)
+            plan.notes.append(
+                f"members {first} to {last - 1} of the store were not those of the model, and run again"
+            )
+            store.discard(k)
+            whole.discard(first)
         left = run_chunks(plan, self.wanted, [c for c in chunks if c[0] not in whole], store, self._gather)
         for first, _ in chunks:
             if first in whole:

@@ -23,9 +23,10 @@ from symgen.runtime.ensemble.chunk import Chunk, Wanted, run_chunk
 from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.plan import Plan, make_plan
 from symgen.runtime.ensemble.sampling import named_beside
+from symgen.runtime.ensemble.store_about import StoreError
 from symgen.runtime.ensemble.version import fingerprint
 from symgen.runtime.ensemble.work import run_part
-from symgen.runtime.ensemble.zarr_store import StoreError, ZarrStore
+from symgen.runtime.ensemble.zarr_store import ZarrStore
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.lazy import Late
 

@@ -63,12 +63,23 @@ def give_up(plan: Plan, *, again: bool = False) -> None:
         _given_up.add(plan)
 
 
+def refuse_given_up(plan: Plan) -> None:
+    """Keep members from being taken for done that an interrupt has ended on their way.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        Members of the plan were given up.
+    """
+    if plan in _given_up:
+        raise KeyboardInterrupt
+
+
 def _unless_given_up(plan: Plan) -> Callable[[float, int], None]:
     """What a run calls while it goes on: only the main thread gets signals."""
 
     def look(_t: float, _n_steps: int) -> None:
-        if plan in _given_up:
-            raise KeyboardInterrupt
+        refuse_given_up(plan)
 
     return look
 

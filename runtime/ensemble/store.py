@@ -7,6 +7,7 @@ import os
 import stat
 import tempfile
 import zipfile
+import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,8 +16,11 @@ import numpy as np
 
 from symgen.runtime.ensemble.identity import identity
 from symgen.runtime.ensemble.sampling import named_beside
+from symgen.runtime.ensemble.store_about import check_common
+from symgen.runtime.ensemble.verdict import CAUSES, VERDICTS
 from symgen.runtime.ensemble.zarr_store import ZarrStore
 from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.record import record
 
 if TYPE_CHECKING:
@@ -25,6 +29,11 @@ if TYPE_CHECKING:
 _ABOUT = "about"  # the name of what is not numbers
 _FORMAT = 1
 # Names in the file beside those of series and of what varies.
+_KINDS = {"status": "i", "steps": "i", "ok": "b", "singly": "b"}
+_DAMAGED = (
+    OSError, ValueError, KeyError, TypeError, AttributeError, EOFError, RecursionError, NotImplementedError,
+    MemoryError, zlib.error, zipfile.BadZipFile,
+)  # fmt: skip
 _OWN = ("t", "status", "ok", "steps", "energy_error", "constraint_residual", "singly", _ABOUT)
 
 
@@ -63,7 +72,8 @@ class Stored:
 
     def pieces(self, names: Sequence[str]) -> Iterator[tuple[int, dict[str, np.ndarray]]]:
         """Yield the first member, and what is kept by name: here, of all that are done at once."""
-        yield 0, {name: self.arrays[name][: self.about["n_done"]] for name in names}
+        if done := self.about["n_done"]:
+            yield 0, {name: self.arrays[name][:done] for name in names}
 
 
 def write_ensemble(e: Ensemble, path: str | os.PathLike[str]) -> None:
@@ -135,18 +145,38 @@ def read_ensemble(path: str | os.PathLike[str]) -> Stored:
         with np.load(path, allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
         about = json.loads(str(arrays.pop(_ABOUT)))
-        if not isinstance(about, dict) or about.get("symgen") != _FORMAT:
-            raise ValueError("it was not written by symgen sweep, or by another version")
-        if not all(isinstance(about.get(name), dict) for name in ("messages", "shape")):
-            raise ValueError("it does not say how members are laid out")
-        n, done = about["n"], about["n_done"]
-        if not (type(n) is int and type(done) is int and 0 <= done <= n):
-            raise ValueError("what it says of its members contradicts itself")
-        for name in (*about["series"], *about["varied"], *_OWN[1:-1]):
-            if arrays[name].shape[:1] != (n,):
-                raise ValueError(f"{name} has {len(arrays[name])} rows for {n} members")
+        _check_about(about)
+        _check_arrays(about, arrays)
     except FileNotFoundError:
         raise RuntimeModelError(f"{path}: there is no such file") from None
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, EOFError, zipfile.BadZipFile) as error:
-        raise RuntimeModelError(f"{path} is no ensemble: {error}") from None
+    except _DAMAGED as error:
+        raise RuntimeModelError(f"{path} is no ensemble: {error or type(error).__name__}") from None
     return Stored(about, arrays)
+
+
+def _check_about(about: Any) -> None:
+    """Refuse what a file says of itself where that makes no sense."""
+    if not isinstance(about, dict) or about.get("symgen") != _FORMAT:
+        raise ValueError("it was not written by symgen sweep, or by another version")
+    check_common(about, _OWN)
+    n, done, messages = (about.get(name) for name in ("n", "n_done", "messages"))
+    if not (type(n) is int and type(done) is int and 0 <= done <= n > 0):
+        raise ValueError("what it says of its members contradicts itself")
+    if not isinstance(messages, dict) or not all(k.isdecimal() and k.isascii() for k in messages):
+        raise ValueError("its list of messages makes no sense")
+
+
+def _check_arrays(about: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
+    """Refuse arrays that are not those of so many members, or verdicts that there are not."""
+    t, n, done = arrays["t"], about["n"], about["n_done"]
+    if t.ndim != 1 or not len(t) or t.dtype != float or not np.isfinite(t).all():
+        raise ValueError("its times make no sense")
+    shapes = {name: {(n,), (n, len(t))} for name in about["series"]}
+    shapes |= {name: {(n,)} for name in (*about["varied"], *VERDICTS)}
+    for name, fitting in shapes.items():
+        kind = _KINDS.get(name, "f")
+        if arrays[name].shape not in fitting or arrays[name].dtype.kind != kind:
+            raise ValueError(f"{name} is not an array of {n} members, or not of numbers as they have them")
+    status, ok = arrays["status"][:done], arrays["ok"][:done]
+    if not np.isin(status, (at.REACHED_STOP, *CAUSES)).all() or (ok & (status != at.REACHED_STOP)).any():
+        raise ValueError("its verdicts contradict themselves")

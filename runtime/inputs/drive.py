@@ -89,6 +89,7 @@ def drive(
                 pieces[places[0]] = (
                     value if isinstance(value, (Table, Polynomial)) else from_pair(value)
                 ).pieces()
+                _refuse_lost(pieces[places[0]], t_start, t_end)
         except InputFault as fault:
             raise RuntimeModelError(f"input {', '.join(map(repr, names))}: {fault}") from None
     rates = {record["rate_of"]: k for k, record in enumerate(system.inputs) if "rate_of" in record}
@@ -100,6 +101,15 @@ def drive(
     followed = {numbers[name] for name in rates} | set(rates.values())
     _refuse_rates(system, sorted(numbers[name] for name in taken), followed)
     return DrivenSystem(system, pieces, samplers, feedback, notes)
+
+
+def _refuse_lost(pieces: Pieces, t_start: float, t_end: float) -> None:
+    if lost := pieces.lost(t_start, t_end):
+        begins, width, least = lost
+        raise InputFault(
+            f"what it does at t = {begins:.6g} s lasts {width:.2g} s, which is too short to be told apart there, and "
+            f"would be left out: spread it over {least:.1g} s or more"
+        )
 
 
 def _how_good(name: str, pieces: Pieces, off: float, when: float) -> str:

@@ -15,8 +15,11 @@ import numpy as np
 
 from symgen.runtime.errors import RuntimeModelError, nearest
 
-_SAME_SLOPE = 1e-9  # likewise of slopes, which are differences over short times
-_SAME = 1e-12  # a difference at a knot, in parts of the largest value, that is round-off and no jump
+SAME_TIME = 64.0 * float(np.finfo(float).eps)  # relative: breaks that are nearer to each other are one
+_SAME_SLOPE = 1e-9  # likewise of slopes
+_SAME = 1e-12  # a difference at a knot, in parts of the values about it, that is round-off and no jump
+_FITTED, _FIT = 4, 1e-8  # pieces of such a degree approximate a function, which their slopes miss by so much
+_COUNTS = 1e-9  # of what an input adds up to in a run
 
 
 @dataclass(frozen=True)
@@ -50,13 +53,14 @@ class Pieces:
         return max(0, int(np.searchsorted(self.knots, t, side="right")) - 1)
 
     def jumps(self) -> np.ndarray:
-        """Return at which breaks the value itself jumps, shape (n - 1,)."""
-        width, before = np.diff(self.knots), self.coefficients[:-1]
-        value = np.zeros(len(width))
-        for j in range(self.degree, -1, -1):
-            value = value * width + before[:, j]
-        largest = np.abs(self.coefficients[:, 0]).max(initial=0.0)
-        return np.abs(self.coefficients[1:, 0] - value) > _SAME * largest
+        """Return at which breaks the value itself jumps, shape (n - 1,).
+
+        What is round-off is measured by the values about a break: elsewhere they may be larger by any factor.
+        """
+        before, size = self._ends()
+        return np.abs(self.coefficients[1:, 0] - before) > _SAME * np.maximum(
+            size, np.abs(self.coefficients[1:, 0])
+        )
 
     def kinks(self) -> np.ndarray:
         """Return at which breaks the value or its slope jumps, shape (n - 1,)."""
@@ -65,8 +69,40 @@ class Pieces:
         for j in range(self.degree, 0, -1):
             slope = slope * width + j * before[:, j]
         after = self.coefficients[1:, 1] if self.degree else slope
-        largest = max(np.abs(slope).max(initial=0.0), np.abs(after).max(initial=0.0))
-        return self.jumps() | (np.abs(after - slope) > _SAME_SLOPE * largest)
+        # Slopes are differences of values over the shorter of two widths.
+        size = np.maximum(self._ends()[1], np.abs(self.coefficients[1:, 0]))
+        shorter = np.minimum(width, np.append(width[1:], np.inf))
+        same = _FIT if self.degree >= _FITTED else _SAME
+        rounded = _SAME_SLOPE * np.maximum(np.abs(slope), np.abs(after)) + same * size / shorter
+        return self.jumps() | (np.abs(after - slope) > rounded)
+
+    def _ends(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the value of each piece but the last where it ends, and the size of what that is a sum of."""
+        width, before = np.diff(self.knots), self.coefficients[:-1]
+        value, size = np.zeros(len(width)), np.zeros(len(width))
+        for j in range(self.degree, -1, -1):
+            value, size = value * width + before[:, j], size * width + np.abs(before[:, j])
+        return value, size
+
+    def lost(self, t_start: float, t_end: float) -> tuple[float, float, float] | None:
+        """Return a piece that counts in a run from one time to another, and is too short for its ends to be told apart.
+
+        Returns
+        -------
+        tuple of float or None [s]
+            When it begins, how long it lasts, and how long it would have to.
+        """
+        begins, width = self.knots[:-1], np.diff(self.knots)
+        least = SAME_TIME * np.maximum(abs(t_start), np.abs(begins))
+        short = (width <= least) & (begins >= t_start) & (begins < t_end)
+        if not short.any():
+            return None
+        value, _ = self._ends()
+        of_piece = np.maximum(np.abs(self.coefficients[:-1, 0]), np.abs(value))
+        kept = np.append(of_piece[~short], np.abs(self.coefficients[-1, 0])).max()
+        counts = short & (of_piece * width > _COUNTS * kept * (t_end - t_start))
+        k = int(np.argmax(counts))
+        return (float(begins[k]), float(width[k]), 2.0 * float(least[k])) if counts.any() else None
 
     def merged(self) -> Pieces:
         """Return the same function without breaks between pieces that are one constant."""

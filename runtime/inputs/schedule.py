@@ -11,14 +11,13 @@ from symgen.runtime.batches import solved_rows
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.inputs.code import COEFFICIENTS, FIXED, KNOT, PiecesPlace
-from symgen.runtime.inputs.given import Pieces
+from symgen.runtime.inputs.given import SAME_TIME, Pieces
 
 if TYPE_CHECKING:
     from symgen.runtime.inputs.driven import DrivenSystem
     from symgen.runtime.integrate.methods import Method
     from symgen.runtime.loop_arrays import LoopArrays
 
-_SAME_TIME = 64.0 * float(np.finfo(float).eps)  # relative: stops that are nearer to each other are one
 _ORDER_OF_SPLINES = 4  # methods of fixed step up to it keep their order where the third derivative jumps
 
 
@@ -81,7 +80,7 @@ class InputSchedule:
 
     def _near(self, t: float) -> float:
         """Return up to what distance from `t` [s] another time is the same; the end of the run has no part in it."""
-        return _SAME_TIME * max(self._t_start, abs(t)) if t < math.inf else 0.0
+        return SAME_TIME * max(self._t_start, abs(t)) if t < math.inf else 0.0
 
     def take_new_arrays(self, system: DrivenSystem, t: float) -> None:
         """Go on with another form of the model, and with a `precomputed` that was made anew."""
