@@ -71,6 +71,19 @@ def test_other_files_are_no_models(tmp_path):
         library.load(path)
 
 
+def test_a_recording_in_place_of_a_model_is_said_to_be_one(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("run.rrd").touch()
+    with pytest.raises(ModelError, match=r"'run\.rrd' is not a model file; .* take recordings"):
+        library.find("run.rrd")
+
+
+def test_a_folder_is_not_what_was_meant(tmp_path):
+    (tmp_path / "m.toml").mkdir()
+    with pytest.raises(ModelError, match=r"is a folder; name a \.toml or a \.py file"):
+        library.find(tmp_path / "m.toml")
+
+
 def test_options_are_converted(chain):
     model = library.load(chain, {"N": "5", "scale": "2.5", "drawn": "true", "word": "b"})
     assert model.describe().description == "5 2.5 True 'b'"

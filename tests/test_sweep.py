@@ -141,7 +141,7 @@ def test_a_file_of_something_else_is_refused(tmp_path):
     np.savez(path, a=np.zeros(3))
     assert "no ensemble" in call(path, "--show", status=1)
     path.write_bytes(b"PK\x03\x04" + bytes(100))
-    assert "no ensemble" in call(path, "--show", status=1)
+    assert "name what `symgen sweep --out` has written" in call(path, "--show", status=1)
     np.savez(path, about=np.array([{"a": 1}], dtype=object))
     assert "no ensemble" in call(path, "--show", status=1)
     np.savez_compressed(path, about=np.array("{}"), a=np.zeros(1 << 20))

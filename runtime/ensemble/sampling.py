@@ -329,7 +329,8 @@ class Members:
         drawn = [c.name for c in columns if isinstance(c.values, Sampler)]
         if (drawn or noisy) and n is None and not rows:
             raise RuntimeModelError(
-                f"n: say how many members to draw ({', '.join(drawn) or 'noise at inputs'} are drawn)"
+                f"n: say how many members to draw: {', '.join(drawn) or 'noise at inputs'} "
+                f"{'is' if len(drawn) < 2 else 'are'} drawn"
             )
         if n is not None and n > 1 and not (drawn or rows or noisy):
             raise RuntimeModelError(f"n is {n}, but nothing is drawn: all members would be the same")

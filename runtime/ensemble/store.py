@@ -149,6 +149,11 @@ def read_ensemble(path: str | os.PathLike[str]) -> Stored:
         _check_arrays(about, arrays)
     except FileNotFoundError:
         raise RuntimeModelError(f"{path}: there is no such file") from None
+    except zipfile.BadZipFile as error:
+        raise RuntimeModelError(
+            f"{path} is no ensemble: it is no .npz file, or a damaged one ({error}); name what `symgen sweep --out` "
+            "has written"
+        ) from None
     except _DAMAGED as error:
         raise RuntimeModelError(f"{path} is no ensemble: {error or type(error).__name__}") from None
     return Stored(about, arrays)

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 _PATIENCE = 0.6  # seconds until a signal must have been acted on
 _PATIENCE_WRITING = 30.0
 _LOOK_EVERY = 0.02
-_UNANSWERED = b"\ninterrupted: the machine code did not answer; what was recorded so far is kept\n"
+_UNANSWERED = b"\ninterrupted: the machine code did not answer; a recording keeps what was written to it\n"
 _EXIT = 128  # a shell's exit status of a program that a signal ended, less the signal's number
 
 

@@ -64,6 +64,12 @@ def find(model: str | Path) -> Path:
         if suffix not in SUFFIXES:
             raise ModelError(f"'{path}' is not a model file", hint="a model is a .toml or a .py file")
         return path
+    if suffix and path.is_file():
+        of_recordings = "; `symgen verify`, `report`, `play` and `run --resume` take recordings"
+        raise ModelError(
+            f"'{path}' is not a model file",
+            hint=f"a model is a .toml or a .py file{of_recordings if suffix == '.rrd' else ''}",
+        )
     models = bundled()
     beside = path.with_name(f"{path.name}.toml") if path.name else path
     if beside.is_file():
@@ -83,7 +89,7 @@ def find(model: str | Path) -> Path:
 
 def _near_file(path: Path) -> str | None:
     beside = (
-        [p.name for p in path.parent.glob("*") if p.suffix.lower() in SUFFIXES]
+        [p.name for p in path.parent.glob("*") if p.suffix.lower() in SUFFIXES and p.is_file()]
         if path.parent.is_dir()
         else []
     )
