@@ -134,7 +134,7 @@ def objection_to_series(system: System, p: np.ndarray, t: float, state: np.ndarr
 
 
 def _costs_of_series(system: System) -> step_costs.Costs:
-    return taylor_kernel.taylor_addresses(system)[2:]
+    return taylor_kernel.taylor_addresses(system)[2:5]
 
 
 def misfit_of_series(system: System, p: np.ndarray, t: float, state: np.ndarray, rtol: float) -> str:
@@ -147,6 +147,8 @@ def misfit_of_series(system: System, p: np.ndarray, t: float, state: np.ndarray,
         return "an inertia is tiny beside what constraints tie it to"
     if refusal := METHODS[SERIES].refusal(system):
         return f"{SERIES} {refusal}"
+    if taylor_kernel.has_unheld_choices(system):
+        return "its forces have kinks at which no step ends, and series have to look for them"
     return ""
 
 

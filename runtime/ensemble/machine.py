@@ -28,7 +28,7 @@ from symgen.runtime.integrate.methods.runge_kutta import rk4
 from symgen.runtime.integrate.radau.coefficients import NODES
 from symgen.runtime.lazy import Late
 from symgen.runtime.record import record
-from symgen.runtime.taylor.kernel import series_code, taylor_refusal
+from symgen.runtime.taylor.kernel import has_unheld_choices, series_code, taylor_refusal
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
@@ -176,6 +176,8 @@ def lane_series(system: System, lanes: int) -> tuple[int, tuple[float, float, fl
             reason = taylor_refusal(system)
             if reason:
                 raise Refusal(f"method taylor {reason}")
+            if has_unheld_choices(system):
+                raise NoLanes("its forces have kinks at which no step ends, and series of lanes do not look for them")
             code, symbol = series_code(system, lanes)
             address = system.machine_code().add(code, symbol)
             costs = (ctypes.c_double * 3).from_address(system.machine_code().address(f"{symbol}.costs"))

@@ -302,6 +302,9 @@ MIN_PIVOT = 1e-6  # below it the accelerations are in doubt
 # the accelerations does not shrink either, but it is larger than round-off can be.
 ROUND_OFF_GAIN = 4.0
 LARGEST_ROUND_OFF = 1e-9  # relative
+# Behind a kink a defect begins at once, and not with a power of time as that of the terms left out does: one that grows
+# with the square of time does this part of the step's length and of itself to the rates.
+AT_ONCE = 1.0 / 3.0
 # A step that went too far makes later ones 7 % shorter than their series promise, which is forgotten over 50 steps.
 CAUTION, FORGET = 0.07, 0.98
 # A float taken apart for its logarithm, the part by which steps are shorter, a limit of the next step (0: none), a
@@ -335,6 +338,8 @@ class TaylorSeries(NamedTuple):
         The kernel that sums it.
     cost_start, cost_order, cost_square : float
         A series of order p takes cost_start + cost_order p + cost_square p^2 operations.
+    n_places : int
+        In how many places of a step the accelerations are looked at; 0 where branches hold all choices.
     n_rows : int
         Rows of a series, one more than the highest order.
     order : int
@@ -346,6 +351,7 @@ class TaylorSeries(NamedTuple):
     cost_start: float
     cost_order: float
     cost_square: float
+    n_places: int
     n_rows: int
     order: int
 
@@ -465,6 +471,7 @@ def take_step(method, order, loop, pair, states, cell, scratch):
             return (at.NOT_FINITE if not all_finite(pair[current], (order + 1) * ny) else cause), t
         t1 = step_end(loop.control)
         h = t1 - t
+        between = defect_between(method, order, loop, h, pair[current], states) if method.n_places > 0 else 0.0
         sums[0] = order
         call_kernel(method.sum_address, h, pair[current], states[CARRY], sums)
         add_tail(h, order, loop.sizes, old, states[NEW], states[LOST], states[SLOPE])
@@ -475,10 +482,12 @@ def take_step(method, order, loop, pair, states, cell, scratch):
             else:
                 error = defect(h, order, loop, old, pair[1 - current][ny:], states[SLOPE])
             if (
-                error > max(DEFECT_LIMIT, before / ROUND_OFF_GAIN)
+                method.n_places == 0  # what a kink leaves would be taken for round-off
+                and error > max(DEFECT_LIMIT, before / ROUND_OFF_GAIN)
                 and error * loop.control[at.RTOL] <= LARGEST_ROUND_OFF
             ):
                 loop.control[at.ERROR_OLD] = error
+            error = max(error, between)
             if error <= max(DEFECT_LIMIT, ROUND_OFF_GAIN * loop.control[at.ERROR_OLD]):
                 loop.counters[CURRENT] = 1 - current
                 loop.counters[at.F_VALID] = 0 if t1 >= loop.control[at.T_STOP] else 1
@@ -490,6 +499,28 @@ def take_step(method, order, loop, pair, states, cell, scratch):
             cell[SHORTER] = min(0.5, 1.0 - (1.0 - cell[SHORTER]) * (1.0 - CAUTION))
         loop.control[at.H] = shorter * h
         loop.counters[at.REJECTED] += 1
+
+
+@jitted
+def defect_between(method, order, loop, h, flat, states):
+    """Return the largest defect of a series in places of a step up to its end, where a choice may be another one.
+
+    Where a choice has no value there is no number.
+    """
+    ny, worst = loop.sizes[at.NY], 0.0
+    series = flat[: (order + 1) * ny].reshape((order + 1, ny))
+    sums = states[NEW:CARRY].reshape(CARRY * ny)
+    for place in range(1, method.n_places + 1):
+        part = h * place / method.n_places
+        sums[0] = order
+        call_kernel(method.sum_address, part, flat, states[CARRY], sums)
+        add_tail(part, order, loop.sizes, series, states[NEW], states[LOST], states[SLOPE])
+        if not evaluate(loop, loop.control[at.T] + part, states[NEW], loop.f):
+            return math.inf
+        error = defect(h, order, loop, series, loop.f, states[SLOPE]) * order * AT_ONCE
+        if not error <= worst:
+            worst = error
+    return worst
 
 
 @jitted

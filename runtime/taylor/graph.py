@@ -27,15 +27,16 @@ class SeriesNodes(Nodes):
     root), integral, shift (derivative).
     `data` of an integral says how it begins: ("state", index of y) or (function, *nodes).
 
-    `stops_at_choices` says whether steps end where time alone chooses anew; only then have such choices a series.
-    `branches` are the parameters that hold choices which the state makes: steps end where these are turned around.
+    `stops_at_choices` says whether steps end where time alone chooses anew. `branches` are the parameters that hold
+    choices which the state makes: steps end where these are turned around. Other choices are those of the start of a
+    step, too; `has_unheld` says whether there are any (`note_unheld` finds them), for which steps look in between.
 
     `products` has sums whose terms cancel: at the start of a step, they are the product of two other nodes, exactly.
     """
 
     def __init__(self, *, stops_at_choices: bool = False, branches: range = range(0)) -> None:
         super().__init__()
-        self.stops_at_choices, self.branches = stops_at_choices, branches
+        self.stops_at_choices, self.branches, self.has_unheld = stops_at_choices, branches, False
         self.data: list[tuple] = []  # what a node is besides its operands
         self._cycles: dict[tuple, int] = {}
         self._at_start: dict[int, int | None] = {}
@@ -317,7 +318,7 @@ class Algebra(SeriesNodes):
         return self._node("div", (a, b)) if found is None else found
 
     def select(self, comparison: str, left: int, right: int, chosen: int, other: int) -> int:
-        """A choice that is made at the start of a step: steps end where time, or a branch, decides anew."""
+        """A choice that is made at the start of a step: where time or a branch decides anew steps end, or look."""
         sides = self.at_start(left), self.at_start(right)
         if None in sides:
             raise Refusal(NO_CHOICE)
@@ -353,12 +354,10 @@ class Algebra(SeriesNodes):
     def at_start(self, a: int) -> int | None:
         """What time and state decide, as the constant that it is at the start of a step; None where that may change.
 
-        Whether a branch holds what the state decides, `refuse_unheld` finds.
+        Whether a branch holds what the state decides, `note_unheld` finds.
         """
         if self.is_constant(a):
             return a
-        if not (self.stops_at_choices or self.branches):
-            return None
         if a not in self._at_start:
             self._at_start[a] = self._taken_at_start(a)
         return self._at_start[a]
@@ -371,9 +370,9 @@ class Algebra(SeriesNodes):
             name, *below = self.data[a]
         else:
             name, below = kind, list(self.args[a])
-        if name == "state" and self.branches:
+        if name == "state":
             return self.start(below[0])
-        if name in ("state", "acceleration", "multiplier", "right", "shift"):
+        if name in ("acceleration", "multiplier", "right", "shift"):
             return None
         args = [self.at_start(x) for x in below]
         if None in args:
@@ -483,20 +482,37 @@ class SeriesGraph(Algebra):
     def _slope_of_log(self, base: int) -> int:
         return self.number(0.0) if self.is_constant(base) else self.div(self.shift(base), base)
 
-    def refuse_unheld(self, roots: list[int]) -> None:
-        """Refuse choices of the state that no branch holds: steps would go over them.
+    def note_unheld(self, roots: list[int]) -> None:
+        """Find choices of the state that no branch holds: kinks that leave forces smooth, which a step may go over.
 
         Raises
         ------
         Refusal
+            A function that jumps, or a choice with no value somewhere, is not held; or a root is taken of a kink.
         """
-        found, pending = set(roots), list(roots)
-        while pending if self.branches else ():
+        found, pending, unheld = set(roots), list(roots), set()
+        while pending:
             node = pending.pop()
+            if self._is_unheld(node):
+                unheld.add(node)
             for below in self._chosen_among(node):
                 if below not in found:
                     found.add(below)
                     pending.append(below)
+        self.has_unheld = bool(unheld)
+        for node in found if unheld else ():
+            # The series of a root ends where a kink makes it zero; that of a piece goes on where it has no value.
+            breaks = self.op[node] in ("sqrt", "kept") or (self.op[node] == "power" and self.data[node][0] % 1.0)
+            if breaks and not unheld.isdisjoint(self.reachable([self.args[node][0]])):
+                raise Refusal(NO_CHOICE)
+
+    def _is_unheld(self, node: int) -> bool:
+        if self.op[node] != "select":
+            return False
+        of_state, of_branch, breaks = map(any, zip(*map(self._decides, self.args[node][:2]), strict=True))
+        if of_state and breaks:
+            raise Refusal(NO_CHOICE)
+        return of_state and not of_branch
 
     def _chosen_among(self, node: int) -> tuple[int, ...]:
         """What a node is made of, without what only decides and is held."""
@@ -504,9 +520,7 @@ class SeriesGraph(Algebra):
         if op == "integral":
             return args + self.begins_with(node)
         if op == "select":
-            of_state, of_branch, breaks = map(any, zip(*map(self._decides, args[:2]), strict=True))
-            if of_state and (breaks or not of_branch):
-                raise Refusal(NO_CHOICE)
+            of_state, of_branch, _ = map(any, zip(*map(self._decides, args[:2]), strict=True))
             # `p` alone chooses what is held, and else the choice that is not: as it is outside of step loops.
             return args[2:] if of_state else args[2:3] if of_branch and not self._is_nested(args[3]) else args
         if op == "call" and IN_CODE[self.data[node][0]].stepped:
@@ -532,7 +546,7 @@ class SeriesGraph(Algebra):
         while pending:
             x = pending.pop()
             breaks = breaks or self._is_partial(x)
-            of_state = of_state or self.op[x] == "start"
+            of_state = of_state or self.op[x] == "start" or (self.op[x] == "now" and not self.stops_at_choices)
             of_branch = of_branch or (self.op[x] == "parameter" and self.data[x][0] in self.branches)
             for below in self.args[x]:
                 if below not in seen:

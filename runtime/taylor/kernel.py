@@ -140,6 +140,7 @@ def _part(start: int, width: int, n_y: int) -> tuple[list[str], str]:
 MAX_ORDER = 28
 N_ROWS = MAX_ORDER + 2  # a row of zeros behind the last order
 _UNROLLED_BELOW = 5  # products of series
+_PLACES = 4  # in which steps look for choices that are not held; the last one is the end
 _KEPT_REFUSALS = 1000
 _WIDE = "+avx512f"  # among the processor's features
 _TEXTS = (
@@ -148,12 +149,15 @@ _TEXTS = (
 )  # fmt: skip
 
 
-def taylor_addresses(system: System) -> tuple[np.uint64, np.uint64, float, float, float]:
-    """Return the addresses of two kernels, compiled on first use, and what a step costs; `system` owns their code.
+def taylor_addresses(system: System) -> tuple[np.uint64, np.uint64, float, float, float, int]:
+    """Return the addresses of two kernels, compiled on first use, what a step costs, and in how many places it looks.
+
+    `system` owns their code.
 
     The first is the model's `f(t, y, p, out)`: it reads the order wanted from out[0], 5 to MAX_ORDER. Row k of `out`
     (NY long) receives the coefficients of order k of (q, v, w), behind N_ROWS rows comes the smallest pivot ratio.
-    The second sums a series, see `sums.py`. A step of order p costs as much as c0 + c1 p + c2 p^2 operations.
+    The second sums a series. A step of order p costs as much as c0 + c1 p + c2 p^2 operations. Where choices are not
+    held by a branch, steps are looked at in some places: none else.
 
     Raises
     ------
@@ -168,8 +172,24 @@ def taylor_addresses(system: System) -> tuple[np.uint64, np.uint64, float, float
         code, symbol = series_code(system)
         address = system.machine_code().add(code, symbol)
         costs = (ctypes.c_double * 3).from_address(system.machine_code().address(f"{symbol}.costs"))
-        system.__dict__["_taylor"] = (np.uint64(address), np.uint64(_sum_address(system)), *costs)
+        places = ctypes.c_int64.from_address(system.machine_code().address(f"{symbol}.places")).value
+        system.__dict__["_taylor"] = (np.uint64(address), np.uint64(_sum_address(system)), *costs, places)
     return system.__dict__["_taylor"]
+
+
+def has_unheld_choices(system: System) -> bool:
+    """Whether steps of a model that has series may go over a choice, which they look for.
+
+    Raises
+    ------
+    Refusal
+        It has no series.
+    """
+    return any(taylor_addresses(form)[-1] > 0 for form in _forms(system))
+
+
+def _forms(system: System) -> tuple[System, ...]:
+    return (system, system.closed) if system.switches and not system.switched else (system,)
 
 
 def series_code(system: System, lanes: int = 0) -> tuple[bytes, str]:
@@ -198,7 +218,7 @@ def series_code(system: System, lanes: int = 0) -> tuple[bytes, str]:
 def taylor_refusal(system: System) -> str:
     """Return why the model has no Taylor series, and what to use instead; an empty string where it has."""
     try:
-        for form in (system, system.closed) if system.switches and not system.switched else (system,):
+        for form in _forms(system):
             taylor_addresses(form)
     except Refusal as refusal:
         return f"does not fit model {system.name!r}: {refusal}; use dop853, or radau5 if the model is stiff"
@@ -233,8 +253,10 @@ def _lower(system: System, symbol: str, lanes: int) -> tuple[str, int]:
     plan = planning.Plan(motion.read_motion(system))
     if lanes:
         return loops.rolled_kernel(plan, symbol, system.ny, MAX_ORDER, N_ROWS, lanes, _registers())
-    few = len(plan.convolutions) < _UNROLLED_BELOW
-    return (loops.unrolled_kernel if few else loops.rolled_kernel)(plan, symbol, system.ny, MAX_ORDER, N_ROWS)
+    kernel = loops.unrolled_kernel if len(plan.convolutions) < _UNROLLED_BELOW else loops.rolled_kernel
+    text, operations = kernel(plan, symbol, system.ny, MAX_ORDER, N_ROWS)
+    places = _PLACES if plan.motion.graph.has_unheld else 0
+    return f"{text}\n@{symbol}.places = constant i64 {places}\n", operations
 
 
 def _registers() -> coding.Registers:

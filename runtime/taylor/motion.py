@@ -490,7 +490,7 @@ def _from_rhs(system: System) -> Motion:
     rows = _outputs(system, graph, "rhs", state, set(range(system.ny)))
     for i, node in enumerate(q + v):
         graph.integrate(node, rows[i])
-    graph.refuse_unheld([*q, *v, *rows.values()])
+    graph.note_unheld([*q, *v, *rows.values()])
     return Motion(graph, q, v, power=rows.get(system.nq + system.nv))
 
 
@@ -530,7 +530,7 @@ def _from_residual(system: System, positions: bool) -> Motion:
         *answers.unknowns,
         *answers.ratios,
     ]
-    graph.refuse_unheld(roots)
+    graph.note_unheld(roots)
     roots = iter(share_factors(graph, use_derivatives(graph, roots, candidates)))
     return Motion(
         graph, q, v, a + solved,

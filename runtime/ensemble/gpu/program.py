@@ -17,7 +17,7 @@ from symgen.runtime.errors import Refusal
 from symgen.runtime.graph.functions import IN_CODE
 from symgen.runtime.lazy import Late
 from symgen.runtime.record import record
-from symgen.runtime.taylor.kernel import MAX_ORDER, N_ROWS, taylor_refusal
+from symgen.runtime.taylor.kernel import MAX_ORDER, N_ROWS, has_unheld_choices, taylor_refusal
 
 if TYPE_CHECKING:
     from symgen.runtime.code.nvptx import Whole
@@ -131,6 +131,8 @@ def _series(system: System) -> tuple[str, int]:
     reason = taylor_refusal(system)
     if reason:
         raise Refusal(f"method taylor {reason}")
+    if has_unheld_choices(system):
+        raise NoLanes("its forces have kinks at which no step ends, and series of lanes do not look for them")
     plan = planning.Plan(motion.read_motion(system))
     return loops.rolled_kernel(plan, "symgen_series", system.ny, MAX_ORDER, N_ROWS, 1)
 
