@@ -2,19 +2,24 @@
 
     python benchmarks/gpu.py --out gpu.json
 
-needs the extra `gpu`, a graphics processor of NVIDIA and its driver; it takes some minutes. For each model and method
-it compares 512 members with lanes to the bit, and times the launch with its copies (`device`), for arrays in registers
-and in memory and for several sizes of blocks; the ensemble as users run it (`ensemble`), with starts, verdicts and
-series; and eight lanes of one thread of this machine (`lanes`). The JSON has the names of both processors.
+needs the extra `gpu`, a graphics processor of NVIDIA and its driver; it takes some minutes. All programs are compiled
+first, on all processors. For each model and method it compares 512 members with lanes to the bit, and times the launch
+alone (`kernel`), for arrays in registers and in memory and for several sizes of blocks, and with its copies (`batch`);
+the ensemble as users
+run it (`ensemble`), with starts, verdicts and series, and without a device (`processors`: all of this machine's); and
+eight lanes of one thread of this machine (`lanes`). The JSON has the names of both processors.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import multiprocessing
+import os
 import platform
 import sys
 import time
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -26,7 +31,7 @@ from symgen.runtime.code.nvptx import ptx_of
 from symgen.runtime.ensemble import normal, uniform
 from symgen.runtime.ensemble.batch import LaneBatch
 from symgen.runtime.ensemble.gpu import cuda
-from symgen.runtime.ensemble.gpu.assembler import assemble, assembler_version
+from symgen.runtime.ensemble.gpu.assembler import Assembled, assemble, assembler_version
 from symgen.runtime.ensemble.gpu.batch import DeviceBatch
 from symgen.runtime.ensemble.gpu.choose import LARGEST_STACK, program_of
 from symgen.runtime.ensemble.options import EnsembleOptions
@@ -45,6 +50,8 @@ MODELS: dict[str, tuple[float, dict[str, Any]]] = {
 }
 METHODS = {"rk4": {}, "verlet": {}, "dop853": {"rtol": 1e-8}, "taylor": {"rtol": 1e-8}}
 _COMPARED, _IN_LANES, _REPEATS = 512, 1024, 3
+_LONG = 1.0  # seconds; what takes that long is timed once
+Case = tuple[str, str, bool]  # model, method, whether arrays are in registers
 
 
 def main() -> None:
@@ -58,20 +65,52 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("gpu.json"))
     asked = parser.parse_args()
     facts = cuda.device_facts()
+    blocks = [*map(int, asked.blocks.split(","))]
     found: dict[str, Any] = {
         "device": facts.name, "arch": facts.arch, "assembler": assembler_version(),
-        "processor": platform.processor() or platform.machine(), "members": asked.members, "results": [],
+        "processor": platform.processor() or platform.machine(), "processors": os.cpu_count(),
+        "members": asked.members, "results": [],
     }  # fmt: skip
     print(f"{facts.name} ({facts.arch})", flush=True)
-    for name in asked.models.split(","):
-        for method in asked.methods.split(","):
-            result = measure(name, method, facts.arch, asked.members, [*map(int, asked.blocks.split(","))])
-            found["results"].append(result)
-            print(json.dumps(result), flush=True)
-            asked.out.write_text(json.dumps(found, indent=1))  # what is known so far is kept
+    pairs = [(name, method) for name in asked.models.split(",") for method in asked.methods.split(",")]
+    made = compile_all(pairs, facts.arch)
+    for name, method in pairs:
+        programs = {flat: made[name, method, flat] for flat in (True, False) if (name, method, flat) in made}
+        result = measure(name, method, programs, asked.members, blocks)
+        found["results"].append(result)
+        print(json.dumps(result), flush=True)
+        asked.out.write_text(json.dumps(found, indent=1))  # what is known so far is kept
 
 
-def measure(name: str, method: str, arch: str, n: int, blocks: list[int]) -> dict[str, Any]:
+def compile_all(pairs: list[tuple[str, str]], arch: str) -> dict[Case, Assembled | str]:
+    """Return the program of each case, or why there is none."""
+    for name in {name for name, _ in pairs}:
+        load(name)  # derived once, not by each process
+    cases = [
+        (name, method, flat)
+        for name, method in pairs
+        for flat in ((False,) if method == "taylor" else (True, False))
+    ]
+    # Children that start anew: a fork would take the driver's state with it.
+    with ProcessPoolExecutor(mp_context=multiprocessing.get_context("spawn")) as pool:
+        return dict(zip(cases, pool.map(compile_case, cases, [arch] * len(cases))))
+
+
+def compile_case(case: Case, arch: str) -> Assembled | str:
+    name, method, flat = case
+    try:
+        plan = plan_of(name, method, _COMPARED)
+        program = program_of(
+            plan.system, method, scale_energy=plan.settings.scale_energy, with_frames=False, flat=flat
+        )
+        return assemble(ptx_of(program.whole(device=True), arch), arch)
+    except RuntimeModelError as error:
+        return str(error)
+
+
+def measure(
+    name: str, method: str, programs: dict[bool, Assembled | str], n: int, blocks: list[int]
+) -> dict[str, Any]:
     """Return what is known of a model and method: bits, members a second."""
     result: dict[str, Any] = {"model": name, "method": method}
     t_end, varied = MODELS[name]
@@ -85,14 +124,20 @@ def measure(name: str, method: str, arch: str, n: int, blocks: list[int]) -> dic
         seconds, here = timed(lambda: lanes.run(parameters[few], starts[few]), 1)
         result["lanes"] = len(here.end) / seconds
         result["programs"] = [
-            measured_program(plan, arch, flat, parameters, starts, here, blocks)
-            for flat in ((True, False) if method != "taylor" else (False,))
+            measured_program(plan, flat, made, parameters, starts, here, blocks)
+            for flat, made in programs.items()
         ]
-        asked = dict(t_end=t_end, n=n, seed=1, method=method, device="cuda", **METHODS[method], **varied)
+        asked = dict(t_end=t_end, n=n, seed=1, method=method, **METHODS[method], **varied)
         plan.system.ensemble(**{**asked, "n": 64})
-        seconds, ensemble = timed(lambda: plan.system.ensemble(**asked), 1)
+        seconds, on_processors = timed(lambda: plan.system.ensemble(**asked), 1)
+        result["processors"] = n / seconds
+        plan.system.ensemble(**{**asked, "n": 64}, device="cuda")
+        seconds, ensemble = timed(lambda: plan.system.ensemble(**asked, device="cuda"), 1)
         result |= {
             "ensemble": n / seconds,
+            "same_ensemble": all(
+                np.array_equal(ensemble[key], on_processors[key], equal_nan=True) for key in ensemble.names
+            ),
             "failed": int(ensemble.n_failed),
             "doubtful": int(ensemble.n_doubtful),
         }
@@ -110,40 +155,56 @@ def plan_of(name: str, method: str, n: int) -> Plan:
 
 def measured_program(
     plan: Plan,
-    arch: str,
     flat: bool,
+    made: Assembled | str,
     parameters: np.ndarray,
     starts: np.ndarray,
     here: Any,
     blocks: list[int],
 ) -> dict[str, Any]:
     """Return registers, bits and members a second of a program with arrays in registers or in memory."""
-    settings = plan.settings
-    program = program_of(
-        plan.system, settings.method, scale_energy=settings.scale_energy, with_frames=False, flat=flat
-    )
-    made = assemble(ptx_of(program.whole(device=True), arch), arch)
+    if isinstance(made, str):
+        return {"flat": flat, "refused": made}
     result: dict[str, Any] = {
-        "flat": flat, "operations": program.operations, "registers": made.registers, "spilled": made.spill_stores,
-        "stack": made.stack,
+        "flat": flat, "registers": made.registers, "spilled": made.spill_stores, "stack": made.stack,
+        "assembling": made.seconds,
     }  # fmt: skip
     if made.stack > 4 * LARGEST_STACK:
         return result
-    batch = DeviceBatch(plan.system, replace(settings), cuda.CudaKernel(made.code))
+    batch = DeviceBatch(plan.system, replace(plan.settings), cuda.CudaKernel(made.code))
     few = batch.run(parameters[:_COMPARED], starts[:_COMPARED])
     result["same_bits"] = bool(
         np.array_equal(few.end, here.end[: len(few.end)], equal_nan=True)
         and np.array_equal(few.column("status"), here.column("status")[: len(few.end)])
         and np.array_equal(few.column("steps"), here.column("steps")[: len(few.end)])
     )
-    result["device"] = {}
-    usual = cuda._BLOCK
-    for block in blocks:
-        cuda._BLOCK = block
-        seconds, _ = timed(lambda: batch.run(parameters, starts), _REPEATS)
-        result["device"][block] = len(starts) / seconds
-    cuda._BLOCK = usual
+    seconds, _ = timed(lambda: batch.run(parameters, starts), _REPEATS)
+    result["batch"] = len(starts) / seconds
+    result["kernel"] = {
+        block: len(starts) / seconds_alone(batch, parameters, starts, block) for block in blocks
+    }
     return result
+
+
+def seconds_alone(batch: DeviceBatch, parameters: np.ndarray, starts: np.ndarray, block: int) -> float:
+    """How long a launch takes whose arrays are on the device."""
+    kernel, sent, usual = batch._kernel, {}, cuda._BLOCK
+
+    def watched(given: Any, written: Any) -> list[Any]:
+        sent["arguments"] = type(kernel)._sent(kernel, given, written)
+        return sent["arguments"]
+
+    def again() -> None:
+        kernel._start(sent["arguments"], len(starts))
+        kernel._stream.sync()
+
+    cuda._BLOCK, kernel._sent = block, watched
+    try:
+        batch.run(parameters, starts)
+        return timed(again, _REPEATS)[0]
+    finally:
+        cuda._BLOCK = usual
+        del kernel._sent
 
 
 def timed(work: Any, repeats: int) -> tuple[float, Any]:
@@ -153,6 +214,8 @@ def timed(work: Any, repeats: int) -> tuple[float, Any]:
         began = time.perf_counter()
         found = work()
         least = min(least, time.perf_counter() - began)
+        if least > _LONG:
+            break
     return least, found
 
 

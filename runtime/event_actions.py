@@ -455,7 +455,9 @@ class EventActions:
         arrays = self.arrays
         before = arrays.precomputed[arrays.branches].copy()
         chosen = np.isin(arrays.jumps, which)
-        values = self.form.kernel("events")(arrays.t, arrays.y[: self.system.nq + self.system.nv], arrays.p)
+        # On the branches that hold: a place at which one of them begins may be a hair before it.
+        held, n = arrays.with_branches(before), self.system.nq + self.system.nv
+        values = self.form.kernel("events")(arrays.t, arrays.y[:n], held)
         floor = arrays.event_block(at.FLOOR)[which]
         after = np.where(chosen, np.where(before != 0.0, -before, np.sign(values[arrays.jumps])), before)
         # Steps look at them on the branches that are chosen: one within a choice may be another function there.

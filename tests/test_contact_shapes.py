@@ -702,12 +702,57 @@ def test_where_edges_of_meshes_cross_a_run_ends_with_that_reason(first, beam, st
     assert run.events[-1].name == "hit_edges" and run.events[-1].action == "terminate"
 
 
-def test_meshes_of_many_corners_and_spheres_on_meshes_are_refused_with_a_remedy(tmp_path):
+@pytest.mark.parametrize("first", [True, False])
+def test_a_sphere_is_as_far_from_a_mesh_as_a_search_finds(first, tmp_path):
+    """Over sides, edges and corners, by weights of the corners; inside by the planes of Qhull."""
+    m = Model("ball_and_stone", folder=tmp_path)
+    write_hull(tmp_path / "stone.stl", STONE)
+    free_body(m, "stone", {"mesh": "stone.stl"})
+    free_body(m, "ball", {"sphere": [0.05]})
+    names = ("ball", "stone") if first else ("stone", "ball")
+    m.contact("hit", body=names[0], other=names[1], restitution=0.5)
+    system, rng, planes = m.derive(), np.random.default_rng(8), ConvexHull(STONE).equations
+    inside = []
+    for k in range(60):
+        stone, ball = random_pose(rng, 0.2), random_pose(rng, 0.2 if k % 4 else 0.02)
+        if not k % 4:
+            ball[:3] += stone[:3] + matrix(stone) @ STONE.mean(axis=0)
+        there = matrix(stone).T @ (ball[:3] - stone[:3])
+        depth = (planes[:, :3] @ there + planes[:, 3]).max()
+        inside.append(depth <= 0.0)
+        if depth > 0.0:  # weights that add up to one, all of them held by a heavy row
+            rows, goal = np.vstack([STONE.T, np.full(len(STONE), 1e3)]), np.append(there, 1e3)
+            weights = lsq_linear(rows, goal, (0, 1), tol=1e-15, method="bvls").x
+            depth = np.linalg.norm(STONE.T @ (weights / weights.sum()) - there)
+        (found,) = gaps(system, np.concatenate([stone, ball, np.zeros(12)]))
+        assert found == pytest.approx(depth - 0.05, abs=1e-6 if depth > 0.0 else 1e-12)
+    assert 5 < sum(inside) < 50
+
+
+@pytest.mark.parametrize("stiffness", [None, "1e5 N/m^1.5"])
+def test_a_ball_runs_over_a_mesh_as_over_a_box(stiffness, tmp_path):
+    """It bounces on the upper side, rubs, and falls over the edge of it: a box is touched by clamping."""
+    runs = []
+    for shape in ({"mesh": "table.stl"}, {"box": [0.8, 8, 0.4]}):
+        m = Model("table", gravity=(0, 0, "-9.81 m/s^2"), folder=tmp_path)
+        write_hull(tmp_path / "table.stl", box_corners((0.8, 8, 0.4)))
+        free_body(m, "ball", {"sphere": [0.1]}, (0.2, 0.1, 0.12, 1, 0, 0, 0), (0.4, 0.1, 0, 0, 2.0, 0))
+        m.body("table", mass=1, shape=shape)
+        m.joint("held", type="fixed", child="table", origin={"xyz": [0, 0, -0.2], "rpy": [0, 0, 0.1]})
+        more = {"restitution": 0.3} if stiffness is None else {"stiffness": stiffness, "smooth": 1e-3}
+        m.contact("hit", body="ball", other="table", friction=0.2, **more)
+        runs.append(m.derive().run(t_end=1.0, rtol=1e-10, method="dop853", max_step=0.01))
+    assert all(run.ok for run in runs) and runs[0]["ball_free_z"].min() < 0.05
+    for name in ("ball_free_x", "ball_free_y", "ball_free_z"):
+        assert runs[0][name][-1] == pytest.approx(runs[1][name][-1], abs=1e-7)
+
+
+def test_meshes_of_many_corners_and_capsules_on_meshes_are_refused_with_a_remedy(tmp_path):
     turns = np.random.default_rng(1).normal(size=(32, 3))
     write_hull(tmp_path / "ball.stl", turns / np.linalg.norm(turns, axis=1)[:, None])
     for other, says in (
         ({"mesh": "ball.stl"}, "the most are 1200"),
-        ({"sphere": [0.1]}, "a mesh and a sphere"),
+        ({"capsule": [0.1, 0.3]}, "a mesh and a capsule"),
     ):
         m = Model("balls", folder=tmp_path)
         free_body(m, "a", {"mesh": "ball.stl"})

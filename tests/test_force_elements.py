@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline, PchipInterpolator, make_interp_spline
 from scipy.spatial.transform import Rotation
 
 from symgen import Model, cos, sin
@@ -136,8 +139,9 @@ def test_the_kinetic_energy_of_a_springs_mass_is_that_of_its_pieces():
     assert found == pytest.approx(kinetic, rel=1e-14)
 
 
+@pytest.mark.parametrize("method", ["dop853", "taylor"])
 @pytest.mark.parametrize("acts, side", [("pull", 1.0), ("push", -1.0)])
-def test_what_acts_one_way_lets_go(acts, side):
+def test_what_acts_one_way_lets_go(acts, side, method):
     """A mass on a damped rope above it, or on a buffer below: against SciPy, stopped where the rope goes slack."""
     k, c, l, m_, g = 400.0, 6.0, 0.5, 1.0, 9.81
     m = Model("bungee", gravity=(0, "-9.81 m/s^2"))
@@ -161,7 +165,7 @@ def test_what_acts_one_way_lets_go(acts, side):
     def motion(t, s):
         return [s[1], -g - tension(*s) * (1 if s[0] > end else -1) / m_]
 
-    run = m.derive().run(t_end=2.5, rtol=1e-10, method="dop853")
+    run = m.derive().run(t_end=2.5, rtol=1e-10, method=method)
     assert run.ok, run.message
     reference = solve_ivp(
         motion, (0, 2.5), [run["y"][0], 0.0], rtol=1e-10, atol=1e-12, max_step=1e-3, t_eval=run.t
@@ -169,6 +173,83 @@ def test_what_acts_one_way_lets_go(acts, side):
     assert run["y"] == pytest.approx(reference.y[0], abs=2e-6)
     assert (side * run["force"] >= 0).all() and (run["force"] == 0).any() and (side * run["force"] > 1).any()
     assert all(check.ok for check in run.health), run.health
+
+
+RUBBER = np.array([[-0.2, -0.05, 0.0, 0.1, 0.3], [-60.0, -8.0, 0.0, 12.0, 90.0]])
+
+
+def rubber(kind: str) -> Callable[[float], float]:
+    """Its force by SciPy, straight on beyond its ends."""
+    x, f = RUBBER
+    within = {"pchip": PchipInterpolator, "cubic": CubicSpline}.get(kind)
+    within = within(x, f) if within else make_interp_spline(x, f, k=1)
+    ends = {side: float(within(x[side], 1)) for side in (0, -1)}
+
+    def force(s: float) -> float:
+        side = 0 if s < x[0] else -1 if s > x[-1] else None
+        return float(within(s)) if side is None else f[side] + ends[side] * (s - x[side])
+
+    return force
+
+
+@pytest.mark.parametrize(
+    "kind, acts, method",
+    [
+        ("linear", "both", "dop853"), ("linear", "pull", "dop853"), ("pchip", "push", "dop853"),
+        ("linear", "pull", "taylor"), ("pchip", "push", "taylor"), ("cubic", "both", "taylor"),
+        ("pchip", "both", "radau5"),
+    ],
+)  # fmt: skip
+def test_a_spring_with_a_curve(kind, acts, method):
+    """A mass in the plane on rubber that stretches and squeezes, with damping: against SciPy in short steps."""
+    m = Model("band", gravity=(0, "-9.81 m/s^2"))
+    x, y = m.coordinate("x", unit="m", start=0.9, rate=0.3), m.coordinate("y", unit="m", start=0.1, rate=-0.4)
+    table = m.table("rubber", columns=RUBBER.tolist(), kind=kind, outside="extend", units=["m", "N"])
+    m.body("block", mass="1.2 kg", com=(x, y))
+    m.spring("band", [(x, y), (0, 0.4)], curve=table, length="0.8 m", damping="0.7 N*s/m", acts=acts)
+    m.output("pull", "band_force")
+    curve = rubber(kind)
+
+    def motion(_, u):
+        apart = np.array([u[0], u[1] - 0.4])
+        length = np.hypot(*apart)
+        stretch = length - 0.8
+        force = curve(stretch) + 0.7 * (apart @ u[2:]) / length
+        force = {
+            "both": force,
+            "pull": max(force, 0.0) if stretch > 0 else 0.0,
+            "push": min(force, 0.0) if stretch < 0 else 0.0,
+        }[acts]
+        return [*u[2:], *(-force * apart / length / 1.2 - [0, 9.81])]
+
+    start = [0.1, 0.9, 0.3, -0.4] if acts == "push" else [0.9, 0.1, 0.3, -0.4]
+    given = {"x": start[0], "y": start[1]}
+    run = m.derive().run(t_end=1.5, rtol=1e-9, method=method, start=given)
+    reference = solve_ivp(
+        motion, (0, 1.5), start, method="DOP853", rtol=1e-10, atol=1e-12, max_step=1e-3, t_eval=run.t
+    )
+    assert run.ok and all(check.ok for check in run.health), run.health
+    assert np.stack([run["x"], run["y"]]) == pytest.approx(reference.y[:2], abs=1e-6)
+    assert np.ptp(run["pull"]) > 5
+
+
+def test_a_curve_over_an_angle_and_its_file():
+    """A coil with play against SciPy; what is written is what was read."""
+    m = Model("wind", gravity=(0, "-9.81 m/s^2"))
+    phi = m.coordinate("phi", unit="rad", start=0.3)
+    m.table("stop", columns=[[-1, -0.2, 0.2, 1], [-9, 0, 0, 9]], outside="extend", units=["rad", "N*m"])
+    m.body("bar", mass="1 kg", com=(0.3 * sin(phi), -0.3 * cos(phi)), inertia="0.02 kg*m^2", angle=phi)
+    m.spring("coil", angle=phi, curve="stop")
+    text = m.to_toml()
+    assert 'curve = "stop"' in text and read_text(text).to_toml() == text
+    run = m.derive().run(t_end=2, rtol=1e-10, method="dop853")
+
+    def motion(_, u):
+        torque = np.sign(u[0]) * max(abs(u[0]) - 0.2, 0.0) * 9 / 0.8
+        return [u[1], (-0.3 * 9.81 * np.sin(u[0]) - torque) / 0.11]
+
+    reference = solve_ivp(motion, (0, 2), [0.3, 0], method="DOP853", rtol=1e-11, atol=1e-12, max_step=1e-3)
+    assert run["phi"][-1] == pytest.approx(reference.y[0, -1], abs=1e-8)
 
 
 def test_a_spring_of_an_angle():
@@ -349,6 +430,9 @@ def test_springs_and_ropes_are_drawn():
         ('"pull"', '"pul"', "springs.rope acts", "did you mean 'pull'"),
         ('"pull"', '"pull"\npreload = 1', "springs.rope preload", "acts one way"),
         ("stiffness = 100", "damping = 1", "springs.rope acts", "needs a stiffness"),
+        ("stiffness = 100", 'curve = "belt"', "springs.rope curve", "no table 'belt' of 1 argument"),
+        ("stiffness = 100", 'stiffness = 100\ncurve = "belt"', "springs.rope curve", "not both"),
+        ("stiffness = 100", "curve = 100", "springs.rope curve", "must be text"),
         ("[frames.wall]", "[frames.wall]\nrpy = [0, 0, 1]\nquaternion = [1, 0, 0, 0]", "frames.wall quaternion",
          "in one way"),
         ("[frames.wall]", "[frames.wall]\nangle = 1", "frames.wall angle", "needs 'axis'"),
@@ -380,6 +464,26 @@ def test_wrong_elements(old, new, place, words):
     with pytest.raises(ModelError, match=words) as caught:
         read_text(CAR.replace(old, new), file="car.toml").describe()
     assert f"{caught.value.table} {caught.value.key or ''}" == place
+
+
+@pytest.mark.parametrize(
+    "table, words",
+    [
+        ('columns = [[0, 1], [0, 1]]\nunits = ["N", "N"]', "units do not match.*the table 'c' takes N"),
+        ('columns = [[0, 1], [0, 1]]\nunits = ["m", "m"]', "units do not match.*and N .* is expected"),
+        ("columns = [[-1, 1], [0, 1]]", "no point at 0"),
+        ("columns = [[0, 1], [2, 3]]", "is 2 at 0"),
+        ("columns = [[1, 2], [1, 2]]\noutside = 'hold'", "is 1 at 0"),
+        ("columns = [[0, 1, 2], [0, 1, -1]]", "turns round: it is -1 at 2"),
+        ("columns = [[0, 1, 2], [0, 2, 1]]\noutside = 'extend'", "turns round beyond its end"),
+        ("columns = [[0, 1], [0, 1]]\nkind = 'cubic'", "is a spline"),
+    ],
+)
+def test_curves_that_no_rope_has(table, words):
+    text = CAR.replace("stiffness = 100", 'curve = "c"').replace("[outputs]", f"[tables.c]\n{table}\n[outputs]")
+    with pytest.raises(ModelError, match=words) as caught:
+        read_text(text).describe()
+    assert (caught.value.table, caught.value.key) == ("springs.rope", "curve")
 
 
 def test_joint_origins_that_are_no_frames():

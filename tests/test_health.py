@@ -395,6 +395,25 @@ def test_json_text(value, text):
         assert json.loads(to_json(value)) == value
 
 
+@pytest.mark.parametrize(
+    "force, words, rule",
+    [
+        ("-50*dot(x)", "0.02 s, in which a motion falls by a factor of e (rate 50 1/s", "in 2 pi time constants"),
+        ("25*x", "0.2 s, in which a motion grows by a factor of e (rate 5 1/s", "in 2 pi time constants"),
+        ("-25*x - 9.9*dot(x)", "0.2 s, a period of 1.26 s (rate 5 1/s", "a period"),
+    ],
+)
+def test_advice_calls_a_period_what_turns_back(force, words, rule):
+    """A decay and a growth have a time constant; a spring that is damped nearly critically still swings."""
+    m = Model("block")
+    x = m.coordinate("x", start=0.01, rate=0.1)
+    m.body("b", mass="1 kg", com=(x, 0))
+    m.force("x", force)
+    lines = advise(m.derive(), RunOptions(t_end=1.0)).lines()
+    assert any(line.startswith(f"fastest time scale: {words}") for line in lines), lines
+    assert any(line.startswith(f"rule: 50 steps {rule}, ") for line in lines), lines
+
+
 def test_advice_for_a_pendulum(pendulum):
     advice = advise(pendulum, RunOptions(**ARGUMENTS))
     omega = np.sqrt(9.81 / 0.5)

@@ -13,6 +13,7 @@ import pytest
 
 import symgen
 from symgen.runtime import Solution
+from symgen.runtime.checks import health
 from symgen.runtime.errors import RunFailed, RuntimeModelError, UnknownNameError
 from symgen.runtime.integrate.forms import FORMS
 from symgen.runtime.integrate.methods import METHODS
@@ -275,6 +276,22 @@ def test_checks_at_the_end_object_to_what_the_report_objects_to():
     assert fine.status == "success"
     unchecked = model.prepare(10.0, **coarse)
     np.testing.assert_array_equal(unchecked(), model.run(10.0, **coarse).states[-1])
+
+
+@pytest.mark.parametrize("model, t_end", [("clutch", 1.0), ("stick_slip", 2.0)])
+def test_end_checks_of_what_switches_need_no_other_run(model, t_end, monkeypatch):
+    """Entries that need no companion: a right run has none made; one whose energy is off is objected to in full."""
+    followed = []
+    whole = health.accuracy
+    monkeypatch.setattr(health, "accuracy", lambda solution: followed.append(1) or whole(solution))
+    run = system(model).prepare(t_end, checks="end")
+    run()
+    assert run.why_python and run.status == "success" and not followed
+    coarse = system(model).prepare(t_end, checks="end", method="bs32", rtol=0.05)
+    with pytest.raises(RunFailed, match=r"energy: the energy balance is off.*accuracy: "):
+        coarse()
+    assert coarse.status == "doubtful" and followed
+
 
 
 @pytest.mark.parametrize(

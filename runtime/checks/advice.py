@@ -32,6 +32,7 @@ _REPEATS = 5
 _LEAST_ROWS = 1000
 _TURNS_FAST = 2.0  # times the fastest eigenvalue: an oscillation's own rate stays below
 _NAMED_DAMPING = 1e-3
+_NO_TURN = 1e-6  # imaginary part of an eigenvalue, in parts of it: less is round-off of a double root
 _MOST_STEPS = 200_000  # of the run that tells; it is judged as far as it comes
 STEPS_PER_PERIOD = 50
 _STATES = 20
@@ -187,6 +188,14 @@ class Advice:
         return rate_to_follow(self.fastest, self.turning)
 
     @property
+    def oscillates(self) -> bool:
+        """Whether the fastest motion turns back: decays and growths have a time constant, not a period."""
+        if self.origin is None:
+            return self.damping_ratio < 1.0 - _NO_TURN
+        value = self.origin.eigenvalue
+        return abs(value.imag) > _NO_TURN * abs(value)
+
+    @property
     def stiffness_ratio(self) -> float:
         """Fastest over slowest motion."""
         return self.fastest / self.slowest if self.slowest > 0.0 else 1.0
@@ -231,8 +240,9 @@ def _lines(advice: Advice) -> list[str]:
     if np.isfinite(advice.rule_step):
         span = advice.t_end - advice.t_first
         step = whole_step(span, advice.rule_step)
+        of = "a period" if advice.oscillates or advice.rate > advice.fastest else "in 2 pi time constants"
         lines.append(
-            f"rule: {advice.steps_per_period} steps a period, a step of {advice.rule_step:.3g} s: "
+            f"rule: {advice.steps_per_period} steps {of}, a step of {advice.rule_step:.3g} s: "
             f"{math.ceil(span / step)} steps of {step:.10g} s for {span:g} s"
         )
     lines += _limit_lines(advice)
@@ -253,16 +263,16 @@ def _lines(advice: Advice) -> list[str]:
 def _scale(advice: Advice) -> str:
     if advice.fastest <= 0.0:
         return "nothing moves by itself: any step is stable"
-    period = 2.0 * np.pi / advice.fastest
+    scale, at = 1.0 / advice.fastest, f"at t = {advice.t_fastest:.4g} s"
+    if not advice.oscillates:
+        does = "falls" if advice.damping_ratio > 0.0 else "grows"
+        return f"{scale:.3g} s, in which a motion {does} by a factor of e (rate {advice.fastest:.4g} 1/s {at})"
     damped = (
         f", damping ratio {advice.damping_ratio:.3g}"
         if advice.damping_ratio > _NAMED_DAMPING
         else ", undamped"
     )
-    return (
-        f"{1.0 / advice.fastest:.3g} s, a period of {period:.3g} s (rate {advice.fastest:.4g} 1/s at "
-        f"t = {advice.t_fastest:.4g} s{damped})"
-    )
+    return f"{scale:.3g} s, a period of {2.0 * np.pi * scale:.3g} s (rate {advice.fastest:.4g} 1/s {at}{damped})"
 
 
 def _limit_lines(advice: Advice) -> list[str]:

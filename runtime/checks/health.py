@@ -68,6 +68,20 @@ def objections_to(solution: Solution) -> list[HealthCheck]:
     return [entry for entry in health_of(solution) if not entry.ok]
 
 
+def objections_without_companions(solution: Solution) -> list[HealthCheck]:
+    """Return the entries that are not ok, and none where none is that needs no other run beside this one.
+
+    How far the motion is off is told by companions, which cost as much as the run. What else objects they may acquit:
+    then the whole report has the last word.
+    """
+    if "_health" not in solution.__dict__:
+        with np.errstate(all="ignore"):
+            found = _checked(solution, with_companions=False)
+        if all(entry.ok for entry in found):
+            return []
+    return objections_to(solution)
+
+
 def check(solution: Solution) -> list[HealthCheck]:
     """Check a run.
 
@@ -105,7 +119,7 @@ def check(solution: Solution) -> list[HealthCheck]:
         return _checked(solution)
 
 
-def _checked(solution: Solution) -> list[HealthCheck]:
+def _checked(solution: Solution, *, with_companions: bool = True) -> list[HealthCheck]:
     method = find_method(solution.method)
     found = [_status(solution), _finite(solution)]
     if solution.status == "failed" or not found[1].ok:
@@ -119,7 +133,9 @@ def _checked(solution: Solution) -> list[HealthCheck]:
         found.append(_quaternions(solution))
     found += equations(solution)
     found += _steps(solution) if method.adaptive else _resolution(solution, method)
-    found += _further(solution, method, found)
+    found += _further(solution, method)
+    if with_companions and solution.status in _REGULAR_ENDS:
+        found += accuracy(solution)
     for entry in found:
         if entry.check == "accuracy" and entry.ok and not entry.note:
             found = judged_with_work(found, solution, entry.value)
@@ -128,7 +144,7 @@ def _checked(solution: Solution) -> list[HealthCheck]:
     return _with_evidence(found)
 
 
-def _further(solution: Solution, method: Method, found: list[HealthCheck]) -> Iterator[HealthCheck]:
+def _further(solution: Solution, method: Method) -> Iterator[HealthCheck]:
     """Yield the checks that most runs give no cause for; each is loaded where there is one."""
     if solution.system.events:
         yield from missed_events.missed_events(solution)
@@ -147,8 +163,6 @@ def _further(solution: Solution, method: Method, found: list[HealthCheck]) -> It
     if not method.adaptive:
         yield from poles.poles(solution, method)
     yield from wrong_signs(solution)
-    if solution.status in _REGULAR_ENDS:
-        yield from accuracy(solution)
 
 
 def judged_with_work(found: list[HealthCheck], solution: Solution, error: float) -> list[HealthCheck]:

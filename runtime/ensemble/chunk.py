@@ -32,8 +32,8 @@ _SMALLEST_PART, _PART = 64, 4096  # members
 _PARTS_AT_LEAST = 16  # so that several threads have something to do
 _SMALLEST_WITH_SWITCHES = 512  # members that settle together: what that takes hardly grows with their number
 _PART_NUMBERS = 1 << 19  # of frames in a part: 4 MB, which caches hold
-# A graphics processor is full with some hundred thousand threads.
-_DEVICE_PART, _DEVICE_PART_NUMBERS = 1 << 17, 1 << 24
+# A graphics processor is full with some ten thousand threads; larger launches spare this machine's processors work.
+_DEVICE_PART, _DEVICE_PART_NUMBERS, _DEVICE_PARTS_AT_LEAST = 1 << 16, 1 << 24, 4
 _ONE_BY_ONE = 64  # members of a part that run by themselves
 _MOST_BLOCKS = 1 << 16  # merging one takes 50 us, with quantiles and a histogram
 _PARTS_OF_BLOCK = 64
@@ -46,7 +46,8 @@ def part_size(plan: Plan) -> int:
         return max(1, min(_ONE_BY_ONE, n // _PARTS_AT_LEAST))
     numbers = max(len(plan.frame_times), 1) * plan.system.ny + plan.system.n_precomputed + plan.system.n_row
     if plan.options.device != "cpu":
-        return max(_SMALLEST_PART, min(_DEVICE_PART, n, _DEVICE_PART_NUMBERS // max(numbers, 1)))
+        even = -(-n // _DEVICE_PARTS_AT_LEAST)
+        return max(_SMALLEST_PART, min(_DEVICE_PART, even, _DEVICE_PART_NUMBERS // max(numbers, 1)))
     even = -(-n // _PARTS_AT_LEAST // 8) * 8
     if plan.system.switches:
         even = max(even, _SMALLEST_WITH_SWITCHES)

@@ -33,7 +33,7 @@ from symgen.runtime.lazy import Late
 machine = Late("symgen.runtime.ensemble.machine")
 
 AHEAD = 2  # chunks under way for each thread or worker
-_FOR_A_DEVICE = 2  # threads: one makes members ready while the device works on those of the other
+_FOR_A_DEVICE = 3  # threads that make members ready while the device works; more get in each other's way
 _NOT_SENT = ("executor", "progress", "reduce", "out", "resume", "threads")
 _lock = threading.Lock()
 

@@ -156,7 +156,7 @@ def _look_again(plan: Plan, first: int, verdicts: Verdicts) -> None:
 
 def _objects(solution: Solution) -> bool:
     """Whether the health report of a run objects to what verdicts are about."""
-    return any(entry.check in _JUDGED for entry in health.objections_to(solution))
+    return any(entry.check in _JUDGED for entry in health.objections_without_companions(solution))
 
 
 def _batch(plan: Plan) -> LaneBatch | SwitchedBatch | DeviceBatch:

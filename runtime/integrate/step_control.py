@@ -141,13 +141,19 @@ def grid_length(control, t0, t1):
 
 
 @jitted
-def too_small(control):
-    """Whether the step size has reached its lower limit, or the round-off of time.
+def smallest_step(control):
+    """The lower limit of a step [s]: the one that is set, or the round-off of time.
 
     Some roundings more than the two that a step's length may be off by: a step that can no longer be told from the
     one that failed would be tried for ever.
     """
-    return control[at.H] <= max(control[at.H_MIN], 16.0 * EPS * abs(control[at.T]))
+    return max(control[at.H_MIN], 16.0 * EPS * abs(control[at.T]))
+
+
+@jitted
+def too_small(control):
+    """Whether the step size has reached its lower limit."""
+    return control[at.H] <= smallest_step(control)
 
 
 @jitted

@@ -15,6 +15,7 @@ from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at
 from symgen.runtime.integrate.step_control import (
     longest_step,
     room_for_steps,
+    smallest_step,
     step_end,
     too_small,
     watch_is_near,
@@ -424,8 +425,10 @@ def advance_taylor(method, loop):
             for i in range(ny):
                 states[CARRY, i] = 0.0
             cell[REACH] = 0.0
-            least = max(2.0 * loop.control[at.H_MIN], 8.0 * EPS * abs(loop.control[at.T]))
-            cell[LIMIT] = max(LONGER_THAN_BEFORE * (loop.control[at.T_EVENT] - previous_event), least)
+            cell[LIMIT] = max(
+                LONGER_THAN_BEFORE * (loop.control[at.T_EVENT] - previous_event),
+                2.0 * smallest_step(loop.control),  # events at one instant must not end the run
+            )
         if status != at.RUNNING:
             return status
         done += 1

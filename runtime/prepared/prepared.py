@@ -507,11 +507,10 @@ class PreparedRun:
         else:
             runs.y[i] = solution.states[-1]
         if self.checks != "none":
-            objections = [
-                f"{entry.check}: {entry.says}" for entry in health.health_of(solution) if not entry.ok
-            ]
-            if objections:
-                runs.note(i, here.DOUBTFUL, "; ".join(objections))
+            full = self.checks == "full"
+            found = (health.objections_to if full else health.objections_without_companions)(solution)
+            if found:
+                runs.note(i, here.DOUBTFUL, "; ".join(f"{entry.check}: {entry.says}" for entry in found))
 
     def _reason(self, p: np.ndarray, y0: np.ndarray) -> str:
         """Return why a run fails."""

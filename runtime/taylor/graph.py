@@ -547,15 +547,20 @@ class SeriesGraph(Algebra):
             return self.data[node][0] >= 0.0
         if op == "fmul" and args[0] == args[1]:
             return True
+        if op == "select":
+            return all(map(self._is_never_negative, args[2:]))
+        if op == "call" and self.data[node][0] == "sqrt":
+            return True
         return op in ("fadd", "fmul") and all(map(self._is_never_negative, args))
 
     def _is_partial(self, node: int) -> bool:
-        """Whether an operation on constants has no value somewhere."""
+        """Whether an operation on constants has no value somewhere; where a distance is zero it may have none."""
         if self.op[node] in ("div", "fdiv"):
-            return self.op[self.args[node][1]] not in ("number", "parameter")
+            divisor = self.args[node][1]
+            return self.op[divisor] not in ("number", "parameter") and not self._is_never_negative(divisor)
         if self.op[node] != "call":
             return False
-        name = self.data[node][0]
-        if name == "sqrt" and self._is_never_negative(self.args[node][0]):
+        name, base = self.data[node][0], self.args[node][0]
+        if name in ("sqrt", "pow") and self._is_never_negative(base):
             return False
         return name in ("tan", "pow") or IN_CODE[name].domain != (-math.inf, math.inf)

@@ -18,7 +18,8 @@ from .check_tree import LoopChecker, check_tree
 from .check_values import check_contacts, check_velocity_constraints, is_massless
 from .closures import check_closures
 from .contact_pairs import check_pairs
-from .description import Body, Coordinate, Description, Joint, Rate
+from .curves import one_way_fault
+from .description import Body, Coordinate, Description, Joint, Rate, Spring
 from .elements import check_force_elements
 from .evaluate import NotFinite, evaluate
 from .expand import expand
@@ -396,6 +397,20 @@ class _Checker:
             for item in spring_items(spring):
                 for name in sorted(names_in(item.expression)):
                     self._check_name(item, name)
+            if spring.curve is not None:
+                self._check_curve(spring)
+
+    def _check_curve(self, spring: Spring) -> None:
+        """Whether a spring's curve is there; that of one that acts one way must begin at nothing and keep its sign."""
+        table, name = f"springs.{spring.name}", spring.curve.table
+        found = self.tables.get(name)
+        if found is None or len(found.axes) != 1:
+            message = f"the model has no table '{name}' of 1 argument"
+            curves = [n for n, x in self.tables.items() if len(x.axes) == 1]
+            raise self.sources.error(table, "curve", message, hint=nearest(name, curves, "tables"))
+        fault = one_way_fault(found, spring.acts) if spring.acts else ""
+        if fault:
+            raise self.sources.error(table, "curve", f"the curve '{name}' of what acts one way {fault}")
 
     def define(self) -> None:
         """Find what the definitions depend on."""

@@ -26,6 +26,7 @@ from .description import Body, Contact, ContactPair, Description, Event, Frictio
 from .elements import Vector, Writer, scalar_product
 from .functions import dot, smooth_minimum
 from .mesh import Hull, hull_of
+from .nearest_feature import count_features, nearest_feature
 from .orientation import Expressions
 from .ready_made import HALF, WORLD
 from .rolling import velocity_by_turning
@@ -36,6 +37,7 @@ from .surfaces import Definitions, Surface, define, moved
 from .unevaluated import difference, inverted, negated, product, squared, total
 
 MOST_POINTS = 64  # of one contact
+MOST_FEATURES = 160  # of a mesh that a sphere touches
 
 
 @dataclass(frozen=True)
@@ -258,6 +260,12 @@ class _Geometry:
                 places = (place, other) if rod is a else (other, place)
                 yield self._apart(*places, a, rod.radius, distance)
             return
+        if kinds == {Ball, Convex}:
+            ball, solid = (a, b) if type(a) is Ball else (b, a)
+            distance, there = self._ball_on_solid(ball, solid)
+            places = (ball.place, there) if ball is a else (there, ball.place)
+            yield self._apart(*places, a, ball.radius, distance)
+            return
         swapped = (type(b), type(a)) in _NEAREST
         nearest = _NEAREST.get((type(b), type(a)) if swapped else (type(a), type(b)))
         if nearest is None:
@@ -273,6 +281,17 @@ class _Geometry:
             one, two = (Segment(rod.place, rod.along, rod.half) for rod in (a, b))
             distance, *places = Nearest(self._define).of(one, two)
             yield self._apart(*places, a, total([a.radius, b.radius]), distance)
+
+    def _ball_on_solid(self, ball: Ball, solid: Convex) -> tuple[algebra.Expr, Vector]:
+        """How far a sphere's middle is from the hull of a mesh, and the nearest point of that in the world."""
+        count = count_features(solid.hull)
+        if count > MOST_FEATURES:
+            message = f"the mesh has {count} sides, edges and corners to look at; the most are {MOST_FEATURES}"
+            raise self._error("other", message, "give the contact a coarser 'shape', or 'other_shape'")
+        apart = [self._define(difference(x, y)) for x, y in zip(ball.place, solid.place, strict=True)]
+        seen = [self._define(scalar_product(apart, axis)) for axis in solid.axes]
+        distance, there = nearest_feature(solid.hull, seen, self._define)
+        return distance, solid.at(there)
 
     def _rod_on_block(self, rod: Rod, block: Block) -> Iterator[tuple[algebra.Expr, Vector, Vector]]:
         """How near a capsule's core is to a box, and where: its ends to all of it, what is between them to edges.
@@ -346,7 +365,7 @@ class _Geometry:
         if distance is None:
             distance = algebra.Pow(total(map(squared, apart)), HALF, evaluate=False)
         normal = [product([x, inverted(distance)]) for x in apart]
-        own = algebra.ZERO if isinstance(a, Block) else a.radius
+        own = algebra.ZERO if isinstance(a, (Block, Convex)) else a.radius
         touch = moved(place, normal, negated(own))
         return Meeting(difference(distance, radius), touch, self._tangents(normal))
 

@@ -36,7 +36,7 @@ class Convex:
     """A convex solid: world coordinates of its origin and axes; what it is made of is in these axes.
 
     `sides` are normals and how far the planes are from the origin, `edges` the numbers of two corners each, `least` is
-    how deep its middle lies.
+    how deep its middle lies; `hull` is the mesh's, in numbers, None of a box.
     """
 
     place: Vector
@@ -45,6 +45,7 @@ class Convex:
     sides: list[tuple[Vector, algebra.Expr]]
     edges: list[tuple[int, int]]
     least: algebra.Expr
+    hull: Hull | None = None
 
     @classmethod
     def of_hull(cls, place: Vector, axes: list[Vector], hull: Hull) -> Convex:
@@ -53,7 +54,7 @@ class Convex:
         sides = [(list(map(algebra.Float, map(float, n))), algebra.Float(float(d))) for n, d in hull.sides]
         middle = hull.corners.mean(axis=0)
         least = algebra.Float(float(min(d - n @ middle for n, d in hull.sides)))
-        return cls(place, axes, points, sides, hull.edges, least)
+        return cls(place, axes, points, sides, hull.edges, least, hull)
 
     @classmethod
     def of_block(cls, block: Block) -> Convex:

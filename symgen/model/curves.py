@@ -56,6 +56,33 @@ class TableFunction:
         return to_sympy(table(*(read(x).expression for x in arguments), evaluate=False))
 
 
+def one_way_fault(table: Table, acts: str) -> str:
+    """Say why a curve cannot be the force of a spring that acts by "pull" or "push" only; an empty string if it can.
+
+    Where such a spring is slack its argument is zero, and its force must be none; where it is not, the curve must not
+    turn round.
+    """
+    (x,), sign = table.axes, 1.0 if acts == "pull" else -1.0
+    value_at = dict(zip(x, table.values, strict=True))
+    held = table.outside == "hold" and not x[0] < 0.0 < x[-1]
+    nearest_end = x[0] if x[0] > 0.0 else x[-1]
+    at_rest = value_at.get(nearest_end if held and 0.0 not in value_at else 0.0)
+    if at_rest is None:
+        return "has no point at 0, where it is slack: add [0, 0]"
+    if at_rest != 0.0:
+        return f"is {at_rest:g} at 0, where it is slack: let it begin at 0"
+    if table.kind == "cubic":
+        return 'is a spline, which may turn round between its points: take kind = "pchip" or "linear"'
+    side = [(sign * a, sign * f) for a, f in value_at.items() if sign * a > 0.0]
+    for a, f in side:
+        if f < 0.0:
+            return f"turns round: it is {sign * f:g} at {sign * a:g}"
+    falls = len(side) > 1 and sorted(side)[-1][1] < sorted(side)[-2][1]
+    if table.outside == "extend" and falls:
+        return 'turns round beyond its end: take outside = "hold" or "refuse"'
+    return ""
+
+
 def make_table(model: Declared, name: str, given: dict[str, Any]) -> Table:
     """A table from the arguments of `Model.table`, in SI units."""
     sources, place = model._sources, f"tables.{name}"

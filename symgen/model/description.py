@@ -262,14 +262,16 @@ class Frame:
 class Spring:
     """A spring and damper between two `places` [m] in world axes, or of an `angle`.
 
-    It pulls with stiffness (length - rest) + preload + damping d(length)/dt; one that `acts` by "pull" only is a rope,
-    by "push" only a buffer. `mass` is spread evenly between the places.
+    It pulls with stiffness (length - rest) + preload + damping d(length)/dt, or with a `curve` of length - rest for the
+    first term; one that `acts` by "pull" only is a rope, by "push" only a buffer. `mass` is spread evenly between the
+    places.
     """
 
     name: str
     places: tuple[tuple[Expr, ...], ...] = ()
     angle: Expr | None = None
     stiffness: Expr | None = None
+    curve: Expr | None = None
     rest: Expr | None = None
     damping: Expr | None = None
     preload: Expr | None = None

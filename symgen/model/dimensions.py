@@ -273,6 +273,13 @@ def _size_of_constraint(c: Constraint, table: str, sizes: Sizes) -> Dimension | 
     return size if isinstance(size, tuple) else None
 
 
+def _hint(size: Dimension, expected: Dimension) -> str:
+    if size == DIMENSIONLESS and expected != DIMENSIONLESS:
+        such = f"such as 1 {unit_text(expected)}"
+        return f"numbers beside a function have no unit: multiply by a parameter or constant that has one, {such}"
+    return "look at the units of the parameters in it"
+
+
 def _check_item(item: Item, names: dict[str, Size], sources: Sources) -> Size:
     given = sources.of(item.table, item.key)
     size: Size = None
@@ -285,7 +292,7 @@ def _check_item(item: Item, names: dict[str, Size], sources: Sources) -> Size:
             error = ModelError(
                 f"units do not match: this is in {dimension_text(size)}, "
                 f"and {dimension_text(item.dimension)} is expected",
-                hint="look at the units of the parameters in it",
+                hint=_hint(size, item.dimension),
             )
             raise sources.locate(error, item.table, item.key, source)
     return size

@@ -2,22 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from ..errors import nearest
+from ..errors import ModelError, nearest
 from . import algebra
 from .declared import Declared
 from .description import Axis, Bushing, Description, Drawing, Load, Point, Spring
-from .functions import dot, less, maximum, minimum, where
+from .functions import INTEGRAL, VALUE, dot, less, maximum, minimum, tabulated, where
 from .names import reference_fault
 from .orientation import rotation
 from .ready_made import HALF, WORLD
 from .sources import Sources
 from .unevaluated import difference, negated, product, squared, total
 
-SPRING_KEYS = ("points", "angle", "stiffness", "length", "rest", "damping", "preload", "mass", "acts")
+SPRING_KEYS = (
+    "points",
+    "angle",
+    "stiffness",
+    "curve",
+    "length",
+    "rest",
+    "damping",
+    "preload",
+    "mass",
+    "acts",
+)
 BUSHING_KEYS = ("frames", "stiffness", "damping")
 ACTS = ("both", "pull", "push")
 SIXTH = algebra.Rational(1, 6)
@@ -42,9 +53,15 @@ def make_spring(model: Declared, name: str, given: Mapping[str, Any]) -> Spring:
     acts = given.get("acts", "both")
     if acts not in ACTS:
         raise error("acts", f"{acts!r:.60} is not one of {', '.join(ACTS)}", nearest(str(acts)[:60], ACTS))
-    if not {"stiffness", "damping", "preload", "mass"}.intersection(given):
-        raise error("", "a spring needs a stiffness, a damping or a preload", "for example stiffness = 100")
-    if "stiffness" in given and rest not in given and not turns:
+    if not {"stiffness", "curve", "damping", "preload", "mass"}.intersection(given):
+        raise error(
+            "", "a spring needs a stiffness, a curve, a damping or a preload", "for example stiffness = 100"
+        )
+    if "stiffness" in given and "curve" in given:
+        hint = "write the straight part into the table, or make two springs"
+        raise error("curve", "a spring has a 'stiffness' or a 'curve', not both", hint)
+    elastic = "stiffness" in given or "curve" in given
+    if elastic and rest not in given and not turns:
         raise error(
             "length",
             "the length at which the spring is at rest is missing",
@@ -53,10 +70,12 @@ def make_spring(model: Declared, name: str, given: Mapping[str, Any]) -> Spring:
     if acts != "both":
         for key in ("preload", "mass"):
             if key in given:
-                hint = "change its length by preload/stiffness" if key == "preload" else "give it to bodies"
+                change = f"{rest} by preload/stiffness" if "stiffness" in given else f"{rest} and its curve"
+                hint = f"change its {change}" if key == "preload" else "give it to bodies"
                 raise error(key, f"a spring that acts one way has no '{key}'", hint)
-        if "stiffness" not in given:
-            raise error("acts", "what acts one way needs a stiffness", "give one, or leave out 'acts'")
+        if not elastic:
+            hint = "give one, or leave out 'acts'"
+            raise error("acts", "what acts one way needs a stiffness or a curve", hint)
     if turns and "mass" in given:
         raise error(
             "mass", "a spring of an angle has no 'mass'", "inertia is that of bodies, or armature of joints"
@@ -72,7 +91,20 @@ def make_spring(model: Declared, name: str, given: Mapping[str, Any]) -> Spring:
     }
     if rest in found:
         found["rest"] = found.pop(rest)
-    return Spring(name, places, acts="" if acts == "both" else acts, **found)
+    made = Spring(name, places, acts="" if acts == "both" else acts, **found)
+    if "curve" not in given:
+        return made
+    curve = sources.expression(_curve(made, given["curve"], error), table, "curve")
+    return replace(made, curve=curve)
+
+
+def _curve(spring: Spring, table: Any, error: Callable[[str, str, str], ModelError]) -> algebra.Expr:
+    """The force of a table at what a spring is longer than at rest."""
+    name = getattr(table, "name", table)  # what `Model.table` returns, too
+    fault = reference_fault(name)
+    if fault is not None:
+        raise error("curve", fault, 'name one of [tables], such as curve = "bumper"')
+    return tabulated(name, VALUE, 1)(_stretch(spring), evaluate=False)
 
 
 def measures(spring: Spring) -> list[tuple[str, algebra.Expr]]:
@@ -115,6 +147,8 @@ def _stretch(spring: Spring) -> algebra.Expr:
 
 
 def _elastic(spring: Spring) -> algebra.Expr:
+    if spring.curve is not None:
+        return spring.curve
     return algebra.ZERO if spring.stiffness is None else product([spring.stiffness, _stretch(spring)])
 
 
@@ -267,6 +301,8 @@ class Writer:
             bare = s.places and s.rest.is_zero and not s.acts  # no root: smooth where the places meet
             square = _squared_distance(s) if bare else squared(stretch)
             self.terms["potential"].append(product([HALF, s.stiffness, square]))
+        if s.curve is not None:
+            self.terms["potential"].append(tabulated(s.curve.table, INTEGRAL, 1)(stretch, evaluate=False))
         if s.preload is not None:
             self.terms["potential"].append(product([s.preload, stretch]))
         if s.damping is not None:
@@ -276,7 +312,7 @@ class Writer:
             self._mass(s)
         if s.places:
             kind = "spring" if s.acts != "pull" else "bar"
-            kind = "damper" if s.stiffness is None and s.preload is None else kind
+            kind = "damper" if s.stiffness is None and s.curve is None and s.preload is None else kind
             self.drawings.append(Drawing(s.name, kind, _ends(s)))
 
     def _mass(self, s: Spring) -> None:

@@ -77,6 +77,7 @@ SPANNED = Role(
     "the place of what pulls", (RATES, INPUTS, STATES), "rates belong in damping, inputs in forces"
 )
 REST = Role("the rest of a spring", (RATES, INPUTS), "rates belong in damping, inputs in forces")
+CURVE = Role("the force of a spring")
 CONSTANT = Role(
     "a mass or inertia",
     UNVARYING,
@@ -274,6 +275,7 @@ def spring_items(s: Spring) -> Iterator[Item]:
     for key, value, role, dimension in (
         ("angle", s.angle, SPANNED, DIMENSIONLESS),
         ("stiffness", s.stiffness, RATIO, stiffness),
+        ("curve", s.curve, CURVE, force),
         ("rest" if turns else "length", s.rest, REST, size),
         ("damping", s.damping, RATIO, damping),
         ("preload", s.preload, RATIO, force),

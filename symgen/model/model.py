@@ -687,6 +687,7 @@ class Model(Declared):
         preload: Any = None,
         mass: Any = None,
         acts: str | None = None,
+        curve: Any = None,
     ) -> tuple[sympy.Symbol, sympy.Symbol]:
         """Add a spring, a damper or both between two points, or of an angle; it is drawn where it is.
 
@@ -709,6 +710,9 @@ class Model(Declared):
             Spread evenly between the points [kg].
         acts : {"both", "pull", "push"}, optional
             "pull" is a rope or a belt, which goes slack where it is shorter than `length`; "push" a buffer.
+        curve : str or TableFunction, optional
+            A table of one argument in place of a stiffness: the force [N] with which it pulls where it is longer than
+            `length` by so much [m], below zero where it pushes; of an angle the torque [N m] over [rad].
 
         Returns
         -------
@@ -717,7 +721,7 @@ class Model(Declared):
         """
         given = dict(
             points=points, angle=angle, stiffness=stiffness, length=length, rest=rest, damping=damping,
-            preload=preload, mass=mass, acts=acts,
+            preload=preload, mass=mass, acts=acts, curve=curve,
         )  # fmt: skip
         self._new_element(name, "springs", self._springs)
         made = self._springs[name] = make_spring(self, name, given)

@@ -417,6 +417,7 @@ class _Writer:
         for key, name in zip(("angle", "stiffness", rest, "damping", "preload", "mass"), SPRING_FIELDS):
             value = getattr(spring, name)
             lines += [] if value is None else [f"{key} = {self.value(table, key, value)}"]
+        lines += [] if spring.curve is None else [f"curve = {_quoted(spring.curve.table)}"]
         return [*lines, *([f"acts = {_quoted(spring.acts)}"] if spring.acts else [])]
 
     def state(self, state: State, rate: Rate) -> str:

@@ -185,6 +185,49 @@ def rope(r: np.random.Generator) -> Case:
     return Case(m, t_end, {}, {"y": (end[0], 1.0), "dot(y)": (end[1], 4.0)})
 
 
+def curve(r: np.random.Generator) -> Case:
+    """A mass on a line with a spring whose force is a curve, both ways, as a rope or as a buffer, with damping."""
+    from scipy.integrate import solve_ivp
+    from scipy.interpolate import PchipInterpolator, make_interp_spline
+
+    acts, kind = str(r.choice(["both", "pull", "push"])), str(r.choice(["linear", "pchip"]))
+    n, rest = int(r.integers(1, 5)), 1.0
+    knots = np.concatenate(
+        [-np.cumsum(r.uniform(0.05, 0.15, n))[::-1], [0.0], np.cumsum(r.uniform(0.05, 0.3, n))]
+    )
+    rising = np.cumsum(10.0 ** r.uniform(-1, 2.5, (2, n)), axis=1) * 0.1
+    forces = np.concatenate([-rising[0][::-1], [0.0], rising[1]])
+    c, start, speed = float(r.choice([0.0, 0.3, 3.0])), float(r.uniform(0.6, 1.5)), float(r.normal(0.0, 1.0))
+    t_end = float(r.uniform(1.0, 3.0))
+    m = Model("curve")
+    x = m.coordinate("x", start=start, rate=speed)
+    m.kinetic("dot(x)^2/2")
+    m.potential("2*(x - 1)^2")  # it comes back from where nothing pulls
+    m.table("law", columns=[knots.tolist(), forces.tolist()], kind=kind, outside="extend")
+    m.spring("band", points=[(x, 0), (-2.0, 0)], curve="law", length=2.0 + rest, damping=c, acts=acts)
+    within = PchipInterpolator(knots, forces) if kind == "pchip" else make_interp_spline(knots, forces, k=1)
+    slopes = [float(within(knots[k], 1)) for k in (0, -1)]
+
+    def law(s: float) -> float:
+        if knots[0] <= s <= knots[-1]:
+            return float(within(s))
+        k = 0 if s < knots[0] else -1
+        return float(forces[k] + slopes[k] * (s - knots[k]))
+
+    def motion(_: float, s: np.ndarray) -> tuple[float, float]:
+        stretch = s[0] - rest
+        force = law(stretch) + c * s[1]
+        if acts == "pull":
+            force = max(force, 0.0) if stretch > 0.0 else 0.0
+        elif acts == "push":
+            force = min(force, 0.0) if stretch < 0.0 else 0.0
+        return s[1], -4.0 * (s[0] - 1.0) - force
+
+    found = solve_ivp(motion, (0.0, t_end), (start, speed), "DOP853", rtol=1e-11, atol=1e-13, max_step=2e-3)
+    end = found.y[:, -1]
+    return Case(m, t_end, {}, {"x": (end[0], 0.3), "dot(x)": (end[1], 1.0)})
+
+
 def bristle(r: np.random.Generator) -> Case:
     """A block that rubs by bristles, pulled by a spring whose end moves on, between two stops."""
     mass, stiffness = float(10.0 ** r.uniform(-1, 1)), float(10.0 ** r.uniform(3, 5))
@@ -328,7 +371,7 @@ def sizes(r: np.random.Generator) -> Case:
 
 KINDS: dict[str, Callable[[np.random.Generator], Case]] = {
     "lags": lags, "lag and step": beyond, "pulses": pulses, "no number": not_a_number, "rope": rope,
-    "bristle at stop": bristle, "moments": moments, "at the end": at_the_end, "sizes": sizes,
+    "curve": curve, "bristle at stop": bristle, "moments": moments, "at the end": at_the_end, "sizes": sizes,
 }  # fmt: skip
 
 

@@ -1,10 +1,12 @@
-"""NVIDIA's assembler, of the extra `gpu`: from PTX to machine code, and what that needs of a processor's registers."""
+"""NVIDIA's assembler, of the extra `gpu` or of a CUDA toolkit: from PTX to machine code, and the registers it needs."""
 
 from __future__ import annotations
 
 import functools
 import importlib.util
+import os
 import re
+import shutil
 import subprocess
 import tempfile
 import time
@@ -15,6 +17,7 @@ from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.record import record
 
 _PACKAGES = ("nvidia.cuda_nvcc", "nvidia.cu13")  # of CUDA 12, of 13
+_TOOLKIT = ("CUDA_HOME", "CUDA_PATH")  # where people say that theirs is
 _TIMEOUT = 600.0  # seconds
 _ARCH = re.compile(r"'(sm_\d{2,3}[af]?)'")
 
@@ -52,7 +55,11 @@ class Assembled:
 
 
 def find_assembler() -> Path | None:
-    """Return where the assembler of NVIDIA's package is; None without one."""
+    """Return where the assembler is: of NVIDIA's package, else of an installed CUDA toolkit; None without one."""
+    return _of_package() or _of_toolkit()
+
+
+def _of_package() -> Path | None:
     for package in _PACKAGES:
         try:
             found = importlib.util.find_spec(package)
@@ -64,6 +71,14 @@ def find_assembler() -> Path | None:
                 if path.is_file():
                     return path
     return None
+
+
+def _of_toolkit() -> Path | None:
+    folders = [Path(os.environ[name]) / "bin" for name in _TOOLKIT if os.environ.get(name)]
+    found = shutil.which(
+        "ptxas", path=os.pathsep.join([*map(str, folders), os.environ.get("PATH", os.defpath)])
+    )
+    return Path(found) if found else None
 
 
 def needed_assembler() -> Path:
@@ -78,7 +93,7 @@ def needed_assembler() -> Path:
     if program is None:
         raise RuntimeModelError(
             "there is no assembler for graphics processors here: it comes with pip install 'symgen[gpu]' (NVIDIA's "
-            "package nvidia-cuda-nvcc-cu12)"
+            "package nvidia-cuda-nvcc-cu12), or with a CUDA toolkit whose ptxas is on PATH or below CUDA_HOME"
         )
     return program
 

@@ -68,30 +68,29 @@ class DeviceBatch:
             return BatchResult(
                 np.zeros((0, system.ny)), np.zeros((0, len(COLUMNS))), np.zeros((0, n_frames, system.ny))
             )
-        states = np.zeros((system.ny, n))
-        states[: start.shape[1]] = start.T
+        states = np.zeros((n, system.ny))
+        states[:, : start.shape[1]] = start
         given, common = self._precomputed(np.ascontiguousarray(parameters, dtype=float))
         written = {
-            "end": np.zeros((system.ny, n)), "results": np.zeros((len(KEPT), n)),
-            "frames": np.full((n_frames, system.ny, n), np.nan),
+            "end": np.zeros((n, system.ny)), "results": np.zeros((n, len(KEPT))),
+            "frames": np.full((n, n_frames, system.ny), np.nan),
         }  # fmt: skip
         self._kernel.run(
             {
-                "start": states, "parameters": given, **written, "n_members": n, "pitch": n, **self._told,
+                "start": states, "parameters": given, **written, "n_members": n, **self._told,
                 "frame_times": np.ascontiguousarray(self.settings.frame_times, dtype=float),
-                "p_pitch": 1 if common else n, "p_step": int(not common),
+                "p_step": 0 if common else system.n_precomputed,
             },
             written,
         )  # fmt: skip
         columns = np.zeros((n, len(COLUMNS)))
-        columns[:, : len(KEPT)] = written["results"].T
-        frames = np.ascontiguousarray(written["frames"].transpose(2, 0, 1))
-        result = BatchResult(np.ascontiguousarray(written["end"].T), columns, frames)
+        columns[:, : len(KEPT)] = written["results"]
+        result = BatchResult(written["end"], columns, written["frames"])
         repeat_ends(result, self.settings)
         return result
 
     def _precomputed(self, parameters: np.ndarray) -> tuple[np.ndarray, bool]:
-        """What depends on parameters alone, shape (n_precomputed, n), or (n_precomputed,) where all have the same."""
+        """What depends on parameters alone, shape (n, n_precomputed), or (n_precomputed,) where all have the same."""
         if (parameters == parameters[0]).all():
             return np.array(self.system.precomputed(parameters[0])), True
         rows = np.zeros((len(parameters), self.system.n_precomputed))
@@ -102,7 +101,7 @@ class DeviceBatch:
             n_precomputed=self.system.n_precomputed,
         )  # fmt: skip
         _preparation()[0](table.address)
-        return np.ascontiguousarray(rows.T), False
+        return rows, False
 
 
 @functools.lru_cache(maxsize=1)

@@ -14,7 +14,7 @@ from symgen.runtime.ensemble.gpu.thread import ARGUMENTS
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.record import record
 
-_BLOCK = 64  # threads; small, so that blocks whose members take few steps make room for others
+_BLOCK = 256  # threads; on an H100 as fast as any, and a third faster than 64 for small models
 _SHORTEST_WAIT, _LONGEST_WAIT = 2e-5, 2e-3  # seconds
 _LEAVE_OUT = "leave out device='cuda', and members run on this machine's processors"
 
@@ -111,6 +111,20 @@ class CudaKernel:
             ) from error
 
     def _launch(self, given: Mapping[str, Any], written: Mapping[str, np.ndarray]) -> None:
+        self._start(self._sent(given, written), int(given["n_members"]))
+        for name, array in written.items():
+            if array.nbytes:
+                here, there = self._buffer(name, array.nbytes)
+                there.copy_to(here, stream=self._stream)
+        if not self._wait():
+            return
+        for name, array in written.items():
+            if array.nbytes:
+                here, _ = self._buffer(name, array.nbytes)
+                array.reshape(-1)[:] = _as_array(here, array.nbytes)
+
+    def _sent(self, given: Mapping[str, Any], written: Mapping[str, np.ndarray]) -> list[Any]:
+        """Send arrays on their way; returns the program's arguments."""
         arguments = []
         for name, kind in ARGUMENTS.items():
             value = given[name]
@@ -123,20 +137,12 @@ class CudaKernel:
                 _as_array(here, value.nbytes)[:] = value.reshape(-1)
                 here.copy_to(there, stream=self._stream)
             arguments.append(there)
-        blocks = -(-int(given["n_members"]) // _BLOCK)
-        self._core.launch(
-            self._stream, self._core.LaunchConfig(grid=blocks, block=_BLOCK), self._kernel, *arguments
-        )
-        for name, array in written.items():
-            if array.nbytes:
-                here, there = self._buffer(name, array.nbytes)
-                there.copy_to(here, stream=self._stream)
-        if not self._wait():
-            return
-        for name, array in written.items():
-            if array.nbytes:
-                here, _ = self._buffer(name, array.nbytes)
-                array.reshape(-1)[:] = _as_array(here, array.nbytes)
+        return arguments
+
+    def _start(self, arguments: list[Any], n_members: int) -> None:
+        blocks = -(-n_members // _BLOCK)
+        config = self._core.LaunchConfig(grid=blocks, block=_BLOCK)
+        self._core.launch(self._stream, config, self._kernel, *arguments)
 
     def _wait(self) -> bool:
         """Wait for the stream, so that Ctrl-C has an answer; returns whether it is done."""

@@ -25,9 +25,11 @@ from symgen.runtime.ensemble.lanes import (
 from symgen.runtime.ensemble.slots import COLUMN, COLUMNS, NAMES, NUMBERS
 from symgen.runtime.ensemble.writer import ADDRESS, INTEGER, LANES, NUMBER, Code, Rows, Value, Variable
 
-# Arrays of all members, a row of `pitch` numbers for each quantity: neighbours in memory are neighbouring members.
+# Arrays of all members, a row for each, as they are here: a thread reads and writes its own once, which costs less than
+# turning them around, so that neighbours lie together, would.
 POINTERS = ("start", "parameters", "end", "results", "frames", "frame_times")
-INTEGERS = ("n_members", "pitch", "p_pitch", "p_step", "n_frames", "max_steps", "order")
+# p_step: how far apart members' parameters are; 0 where all have the same.
+INTEGERS = ("n_members", "p_step", "n_frames", "max_steps", "order")
 KEPT = COLUMNS[: COLUMN["h"]]  # columns of results that are known afterwards
 ARGUMENTS = {
     **dict.fromkeys(POINTERS, "ptr"), **dict.fromkeys(INTEGERS, "i64"), **dict.fromkeys(sorted(NUMBERS), "double"),
@@ -119,28 +121,6 @@ class ThreadCode(Code):
         self._begin(done)
 
 
-class Strided(Rows):
-    """Rows of plain numbers of one member in an array of all members."""
-
-    def __init__(
-        self, code: Code, address: Value, pitch: Value, member: Value, first: Value | None = None
-    ) -> None:
-        super().__init__(code, address, NUMBER)
-        self._pitch, self._member, self._first = pitch, member, first
-
-    def behind(self, first: int | Value) -> Strided:
-        moved = self.code.integer(first) if self._first is None else self._first + first
-        return Strided(self.code, self.address, self._pitch, self._member, moved)
-
-    def _place(self, index: int | Value) -> Value:
-        at = self.code.integer(index)
-        at = at if self._first is None else self._first + at
-        offset = at * self._pitch + self._member
-        return self.code.new(
-            f"getelementptr inbounds double, ptr {self.address.text}, i64 {offset.text}", ADDRESS
-        )
-
-
 def function_member(
     sizes: Mapping[str, int], lengths: Mapping[str, int], kernels: Mapping[str, str], begin: Callable[[Lanes], Value],
     attempt: Callable[[Lanes, Value], Value], *, unrolled: bool, with_frames: bool,
@@ -183,12 +163,12 @@ def function_member(
         known[name] = Rows(code, address)
         if name in _POINTED_TO:
             code.may_change_places(name, address)
-    member, pitch = Value(code, "%member", INTEGER), arguments["pitch"]
-    for name in ("start", "end", "results", "frames"):
-        known[name] = Strided(code, arguments[name], pitch, member)
-    known["parameters"] = Strided(
-        code, arguments["parameters"], arguments["p_pitch"], member * arguments["p_step"]
-    )
+    member = Value(code, "%member", INTEGER)
+    for name, length in (
+        ("start", sizes["ny"]), ("end", sizes["ny"]), ("results", len(KEPT)),
+        ("frames", arguments["n_frames"] * sizes["ny"]), ("parameters", arguments["p_step"]),
+    ):  # fmt: skip
+        known[name] = Rows(code, arguments[name], NUMBER).behind(member * length)
     known["frame_times"] = Rows(code, arguments["frame_times"], NUMBER)
     known["quaternions"] = Rows(code, Value(code, "@symgen_quaternions", ADDRESS), INTEGER)
     for name, kind in (
