@@ -460,9 +460,6 @@ class EventActions:
         values = self.form.kernel("events")(arrays.t, arrays.y[:n], held)
         floor = arrays.event_block(at.FLOOR)[which]
         after = np.where(chosen, np.where(before != 0.0, -before, np.sign(values[arrays.jumps])), before)
-        # Steps look at them on the branches that are chosen: one within a choice may be another function there.
-        n = self.system.nq + self.system.nv
-        values = self.form.kernel("events")(arrays.t, arrays.y[:n], arrays.with_branches(after))
         past = past_event(arrays, values[which], floor)
         # What jumped exactly to zero is on neither side yet; what its own motion brought there goes on.
         jumped = (past == 0.0) & _begins_a_step(arrays)
