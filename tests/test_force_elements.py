@@ -505,3 +505,27 @@ def test_springs_may_stand_in_definitions_before_them():
     m.output("p", "power")
     found = at_state(m.derive(), "outputs", [0.5, 2.0])
     assert found == pytest.approx([3 * (np.sin(0.5) - 0.1) * 2 * np.cos(0.5)], rel=1e-12)
+
+
+@pytest.mark.parametrize("method", ["dop853", "radau5", "bdf", "bs32", "taylor", "rk4"])
+def test_a_rope_with_damping_is_let_go(method):
+    """Where it grows slack, its damping is a switch within a switch: it was crossed again and again at one instant."""
+    from scipy.integrate import solve_ivp
+
+    mass, k, c = 0.114, 420.3, 6.92
+    m = Model("rope", gravity=(0, "-9.81 m/s^2"))
+    y = m.coordinate("y", start=-0.77)
+    m.body("weight", mass=mass, com=(0, y))
+    m.spring("line", points=[(0, 0), (0, y)], stiffness=k, length=1.0, damping=c, acts="pull")
+
+    def fall(t, s):
+        pull = max(0.0, k * (-s[0] - 1.0) - c * s[1]) if s[0] < -1.0 else 0.0
+        return s[1], -9.81 + pull / mass
+
+    expected = solve_ivp(fall, (0.0, 2.0), (-0.77, 0.0), "DOP853", rtol=1e-12, atol=1e-13, max_step=1e-3).y[
+        :, -1
+    ]
+    settings = {"step": 2e-4} if method == "rk4" else {"rtol": 1e-8}
+    run = m.derive().run(t_end=2.0, method=method, **settings)
+    assert run.status == "success"
+    assert [run["y"][-1], run["dot(y)"][-1]] == pytest.approx(expected, abs=2e-5)
