@@ -293,6 +293,17 @@ def test_end_checks_of_what_switches_need_no_other_run(model, t_end, monkeypatch
     assert coarse.status == "doubtful" and followed
 
 
+@pytest.mark.parametrize(
+    "model, options",
+    [("newtons_cradle", {"method": "rk4", "step": 0.01}), ("die", {"method": "dop853", "rtol": 2e-4})],
+)
+def test_end_checks_of_coarse_steps_object_to_what_only_another_run_tells(model, options):
+    """Energy, equations and stops are right, and the motion is not: impacts are at other times than they should be."""
+    whole = system(model).run(1.0, **options).health
+    assert [entry.check for entry in whole if not entry.ok] == ["accuracy"]
+    with pytest.raises(RunFailed, match=r"accuracy: "):
+        system(model).prepare(1.0, checks="end", **options)()
+
 
 @pytest.mark.parametrize(
     "model", [*IN_MACHINE_CODE, "andrews_squeezer", "seven_dof_arm", "four_bar", "turntable"]
