@@ -169,7 +169,7 @@ def test_what_takes_less_time_is_chosen(name, rtol, method):
 
 def test_order_is_that_of_the_step_loop():
     for costs in ((0.0, 26.0, 0.5), (0.0, 2622.0, 44.0), (-320.0, 159.0, 0.6)):
-        method = taylor.TaylorSeries(np.uint64(0), np.uint64(0), *costs, N_ROWS, 0)
+        method = taylor.TaylorSeries(np.uint64(0), np.uint64(0), *costs, 0, N_ROWS, 0)
         order_for = getattr(taylor.order_for, "py_func", taylor.order_for)
         for rtol in 10.0 ** -np.arange(1.0, 16.0):
             assert step_costs.order_of(costs, rtol) == order_for(method, rtol)

@@ -480,7 +480,9 @@ def test_wrong_elements(old, new, place, words):
     ],
 )
 def test_curves_that_no_rope_has(table, words):
-    text = CAR.replace("stiffness = 100", 'curve = "c"').replace("[outputs]", f"[tables.c]\n{table}\n[outputs]")
+    text = CAR.replace("stiffness = 100", 'curve = "c"').replace(
+        "[outputs]", f"[tables.c]\n{table}\n[outputs]"
+    )
     with pytest.raises(ModelError, match=words) as caught:
         read_text(text).describe()
     assert (caught.value.table, caught.value.key) == ("springs.rope", "curve")

@@ -398,7 +398,11 @@ def test_json_text(value, text):
 @pytest.mark.parametrize(
     "force, words, rule",
     [
-        ("-50*dot(x)", "0.02 s, in which a motion falls by a factor of e (rate 50 1/s", "in 2 pi time constants"),
+        (
+            "-50*dot(x)",
+            "0.02 s, in which a motion falls by a factor of e (rate 50 1/s",
+            "in 2 pi time constants",
+        ),
         ("25*x", "0.2 s, in which a motion grows by a factor of e (rate 5 1/s", "in 2 pi time constants"),
         ("-25*x - 9.9*dot(x)", "0.2 s, a period of 1.26 s (rate 5 1/s", "a period"),
     ],

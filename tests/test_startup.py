@@ -115,10 +115,10 @@ def test_a_model_without_a_taylor_series_is_refused_once(monkeypatch):
     model = Model("steps")
     model.coordinate("x", start=1.0)
     model.kinetic("dot(x)**2/2")
-    model.potential("abs(x - 0.123456)**3")
+    model.potential("abs(x - 0.123456)**2.5")
     text = derive_text(model).text
     said = taylor_refusal(load(text))
-    assert "abs has no Taylor series" in said
+    assert "a choice" in said and "has no Taylor series" in said
 
     def work(*arguments):
         raise AssertionError("worked out again")

@@ -8,9 +8,13 @@ import mpmath
 import numpy as np
 import pytest
 from references import error, load_reference, numbers
+from scipy.integrate import solve_ivp
 
+from symgen import Model
 from symgen.runtime import load
 from symgen.runtime.constraints.assembly import assemble
+from symgen.runtime.ensemble import linspace
+from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.integrate.methods.taylor import taylor
@@ -235,7 +239,7 @@ def test_a_step_beyond_what_the_series_shows_is_halved():
 
 def test_order_grows_as_the_tolerance_falls_and_less_where_products_of_series_cost_more():
     def orders(start, order, square):
-        method = TaylorSeries(np.uint64(0), np.uint64(0), start, order, square, 30, 0)
+        method = TaylorSeries(np.uint64(0), np.uint64(0), start, order, square, 0, 30, 0)
         return [order_for(method, 10.0**-digits) for digits in range(2, 16)]
 
     cheap, dear = orders(0.0, 30.0, 0.5), orders(0.0, 700.0, 60.0)
@@ -249,3 +253,58 @@ def test_stops_are_landed_on_and_do_not_disturb():
     plain = system.run(t_end=2.0, at=[2.0], **TIGHT).samples
     assert [sample.t for sample in with_stops] == stops
     np.testing.assert_allclose(state(with_stops[-1]), state(plain[-1]), rtol=0, atol=1e-11)
+
+
+def clamped(low: float, high: float, x: float) -> float:
+    s = min(max((x - low) / (high - low), 0.0), 1.0)
+    return s * s * (3.0 - 2.0 * s)
+
+
+KINKS = {
+    "max(x, 0)^2": ("-30*max(x, 0)^2", lambda x, v: -30.0 * max(x, 0.0) ** 2),
+    "smoothstep": ("-10*smoothstep(0, 0.1, x)", lambda x, v: -10.0 * clamped(0.0, 0.1, x)),
+    "of rates": (
+        "min(dot(x), 0)^2 - 3*max(x, 0.2)^3",
+        lambda x, v: min(v, 0.0) ** 2 - 3.0 * max(x, 0.2) ** 3,
+    ),
+    "narrow": ("-50*smoothstep(0, 1e-4, x)", lambda x, v: -50.0 * clamped(0.0, 1e-4, x)),
+}
+
+
+def kinked(force: str):
+    m = Model("kinked")
+    x = m.coordinate("x", start=0.5, rate=0.3)
+    m.kinetic("dot(x)^2/2")
+    m.potential("2*x^2")
+    m.force(x, force)
+    return m.derive()
+
+
+@pytest.mark.parametrize("name", KINKS)
+def test_steps_look_for_kinks_that_no_branch_holds(name):
+    """Against SciPy, short steps; what is not looked for would be off by as much as a whole step does."""
+    text, force = KINKS[name]
+    system = kinked(text)
+    reference = solve_ivp(
+        lambda t, u: (u[1], -4.0 * u[0] + force(*u)), (0.0, 6.0), (0.5, 0.3), "DOP853", rtol=1e-12, atol=1e-13,
+        max_step=1e-3,
+    ).y[:, -1]  # fmt: skip
+    for rtol, off in ((1e-6, 2e-5), (1e-9, 2e-8)):
+        run = system.run(t_end=6.0, method="taylor", rtol=rtol)
+        assert run.ok and all(check.ok for check in run.health), run.health
+        assert [run["x"][-1], run["dot(x)"][-1]] == pytest.approx(reference, abs=off)
+    if name == "max(x, 0)^2":
+        assert system.run(t_end=1.0).method == "dop853"  # what `auto` takes
+        members = system.ensemble(1.0, method="taylor", start={"x": linspace(0.4, 0.6, 2)})
+        alone = system.run(t_end=1.0, method="taylor", start={"x": 0.6})
+        assert members["x"][1] == alone["x"][-1] and members.n_failed == 0
+
+
+@pytest.mark.parametrize(
+    "force", ["-3*max(x, 0)^1.5", "-where(x > 0, 5*sqrt(x), 0)", "-where(log(x + 2) > 0.5, 1, 0)"]
+)
+def test_kinks_without_a_series_are_refused_by_name(force):
+    with pytest.raises(
+        RuntimeModelError, match=r"a choice .* has no Taylor series where it switches; use dop853"
+    ):
+        kinked(force).run(t_end=1.0, method="taylor")

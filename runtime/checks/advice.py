@@ -266,13 +266,17 @@ def _scale(advice: Advice) -> str:
     scale, at = 1.0 / advice.fastest, f"at t = {advice.t_fastest:.4g} s"
     if not advice.oscillates:
         does = "falls" if advice.damping_ratio > 0.0 else "grows"
-        return f"{scale:.3g} s, in which a motion {does} by a factor of e (rate {advice.fastest:.4g} 1/s {at})"
+        return (
+            f"{scale:.3g} s, in which a motion {does} by a factor of e (rate {advice.fastest:.4g} 1/s {at})"
+        )
     damped = (
         f", damping ratio {advice.damping_ratio:.3g}"
         if advice.damping_ratio > _NAMED_DAMPING
         else ", undamped"
     )
-    return f"{scale:.3g} s, a period of {2.0 * np.pi * scale:.3g} s (rate {advice.fastest:.4g} 1/s {at}{damped})"
+    return (
+        f"{scale:.3g} s, a period of {2.0 * np.pi * scale:.3g} s (rate {advice.fastest:.4g} 1/s {at}{damped})"
+    )
 
 
 def _limit_lines(advice: Advice) -> list[str]:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from symgen.runtime.code import engine
+from symgen.runtime.code.lower import NoLanes
 from symgen.runtime.ensemble import dop853, radau, runge_kutta, taylor, verlet
 from symgen.runtime.ensemble.lanes import (
     BEGIN,
@@ -177,7 +178,9 @@ def lane_series(system: System, lanes: int) -> tuple[int, tuple[float, float, fl
             if reason:
                 raise Refusal(f"method taylor {reason}")
             if has_unheld_choices(system):
-                raise NoLanes("its forces have kinks at which no step ends, and series of lanes do not look for them")
+                raise NoLanes(
+                    "its forces have kinks at which no step ends, and series of lanes do not look for them"
+                )
             code, symbol = series_code(system, lanes)
             address = system.machine_code().add(code, symbol)
             costs = (ctypes.c_double * 3).from_address(system.machine_code().address(f"{symbol}.costs"))

@@ -196,7 +196,9 @@ def make_plan(system: System, options: EnsembleOptions, choice: Choice | None = 
     notes = [*notes, *more]
     if options.method == "auto" and options.device != "cpu" and method.name == SERIES:
         method = METHODS[EXPLICIT]
-        notes.append(f"{EXPLICIT} on the device: series keep much in memory, and take several times as long there")
+        notes.append(
+            f"{EXPLICIT} on the device: series keep much in memory, and take several times as long there"
+        )
     frame_times = _frame_times(options, single)
     settings = None
     if not objection:

@@ -471,7 +471,9 @@ def take_step(method, order, loop, pair, states, cell, scratch):
             return (at.NOT_FINITE if not all_finite(pair[current], (order + 1) * ny) else cause), t
         t1 = step_end(loop.control)
         h = t1 - t
-        between = defect_between(method, order, loop, h, pair[current], states) if method.n_places > 0 else 0.0
+        between = (
+            defect_between(method, order, loop, h, pair[current], states) if method.n_places > 0 else 0.0
+        )
         sums[0] = order
         call_kernel(method.sum_address, h, pair[current], states[CARRY], sums)
         add_tail(h, order, loop.sizes, old, states[NEW], states[LOST], states[SLOPE])

@@ -27,9 +27,10 @@ class SeriesNodes(Nodes):
     root), integral, shift (derivative).
     `data` of an integral says how it begins: ("state", index of y) or (function, *nodes).
 
-    `stops_at_choices` says whether steps end where time alone chooses anew. `branches` are the parameters that hold
-    choices which the state makes: steps end where these are turned around. Other choices are those of the start of a
-    step, too; `has_unheld` says whether there are any (`note_unheld` finds them), for which steps look in between.
+    `stops_at_choices` says whether steps end where time alone chooses anew; only then have such choices a series.
+    `branches` are the parameters that hold choices which the state makes: steps end where these are turned around.
+    Other choices of the state are those of the start of a step, too; `has_unheld` says whether there are any
+    (`note_unheld` finds them), for which steps look in between.
 
     `products` has sums whose terms cancel: at the start of a step, they are the product of two other nodes, exactly.
     """
@@ -365,7 +366,7 @@ class Algebra(SeriesNodes):
     def _taken_at_start(self, a: int) -> int | None:
         kind = self.op[a]
         if kind == "time":
-            return self.now()
+            return self.now() if self.stops_at_choices else None
         if kind == "integral":
             name, *below = self.data[a]
         else:
@@ -502,7 +503,9 @@ class SeriesGraph(Algebra):
         self.has_unheld = bool(unheld)
         for node in found if unheld else ():
             # The series of a root ends where a kink makes it zero; that of a piece goes on where it has no value.
-            breaks = self.op[node] in ("sqrt", "kept") or (self.op[node] == "power" and self.data[node][0] % 1.0)
+            breaks = self.op[node] in ("sqrt", "kept") or (
+                self.op[node] == "power" and self.data[node][0] % 1.0
+            )
             if breaks and not unheld.isdisjoint(self.reachable([self.args[node][0]])):
                 raise Refusal(NO_CHOICE)
 
@@ -546,7 +549,7 @@ class SeriesGraph(Algebra):
         while pending:
             x = pending.pop()
             breaks = breaks or self._is_partial(x)
-            of_state = of_state or self.op[x] == "start" or (self.op[x] == "now" and not self.stops_at_choices)
+            of_state = of_state or self.op[x] == "start"
             of_branch = of_branch or (self.op[x] == "parameter" and self.data[x][0] in self.branches)
             for below in self.args[x]:
                 if below not in seen:

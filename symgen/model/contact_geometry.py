@@ -286,7 +286,9 @@ class _Geometry:
         """How far a sphere's middle is from the hull of a mesh, and the nearest point of that in the world."""
         count = count_features(solid.hull)
         if count > MOST_FEATURES:
-            message = f"the mesh has {count} sides, edges and corners to look at; the most are {MOST_FEATURES}"
+            message = (
+                f"the mesh has {count} sides, edges and corners to look at; the most are {MOST_FEATURES}"
+            )
             raise self._error("other", message, "give the contact a coarser 'shape', or 'other_shape'")
         apart = [self._define(difference(x, y)) for x, y in zip(ball.place, solid.place, strict=True)]
         seen = [self._define(scalar_product(apart, axis)) for axis in solid.axes]
