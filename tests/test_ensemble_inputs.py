@@ -10,6 +10,10 @@ from scipy import linalg, stats
 
 from symgen import load
 from symgen.runtime.ensemble import choice, linspace, lognormal, noise, normal, triangular, uniform
+from symgen.runtime.ensemble.batch import LaneBatch
+from symgen.runtime.ensemble.method_choice import numbers_of_sample
+from symgen.runtime.ensemble.options import EnsembleOptions
+from symgen.runtime.ensemble.plan import make_plan
 from symgen.runtime.ensemble.sampling import Column, Members
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.inputs import Controller, Table
@@ -88,6 +92,26 @@ def test_noise_is_a_members_own(model):
     run = system.run(1.0, inputs={"F": given}, parameters={"k": 50.0})
     assert abs(run["x"][-1] - e["x"][5]) < 1e-9
     assert system.ensemble(1.0, n=4, **{**asked, "seed": 4})["x"][0] != e["x"][0]
+
+
+def test_a_method_is_chosen_by_members_with_their_own_noise(model, monkeypatch):
+    """Where a trial of the sample gets to the end, it is where these members get to."""
+    system, whole = model("OSCILLATOR"), LaneBatch.run
+    trials = []
+
+    def run(self, parameters, start, numbers=None, carried=None):
+        result = whole(self, parameters, start, numbers, carried)
+        trials.append((numbers, self.settings.method, self.settings.t_end, result.end))
+        return result
+
+    monkeypatch.setattr(LaneBatch, "run", run)
+    asked = {"inputs": {"F": noise("3 N", "0.05 s")}, "parameters": {"k": 50.0}, "seed": 3}
+    make_plan(system, EnsembleOptions(1.0, n=1000, **asked))
+    monkeypatch.undo()
+    numbers, method, t_end, ends = trials[0]
+    assert numbers.tolist() == numbers_of_sample(1000) and method == "dop853"
+    e = system.ensemble(t_end, n=int(numbers[1]) + 1, method=method, **asked)
+    np.testing.assert_allclose(ends[:2, 0], e["x"][numbers[:2]], atol=1e-6)
 
 
 @pytest.mark.parametrize("method", ["dop853", "taylor", "radau5", "rk4", "verlet"])

@@ -121,11 +121,14 @@ class Sample:
     parameters, starts : ndarray, shape (k, n_p), (k, nq + nv)
     of : int
         Members of the ensemble.
+    numbers : ndarray of int, shape (k,)
+        Those of the members: they say what noise they have.
     """
 
     parameters: np.ndarray
     starts: np.ndarray
     of: int
+    numbers: np.ndarray
 
     @property
     def tells(self) -> bool:
@@ -239,7 +242,7 @@ def _tried(
     system: System, settings: BatchSettings, sample: Sample, each: float, t_end: float
 ) -> tuple[_Trial, np.ndarray]:
     """Run the sample in lanes; returns what it costs, and (t, q, v) where the members came to."""
-    result = LaneBatch(system, settings).run(sample.parameters, sample.starts)
+    result = LaneBatch(system, settings).run(sample.parameters, sample.starts, sample.numbers)
     t, status = result.column("t"), result.column("status")
     steps = result.column("steps") + result.column("rejected")
     went = np.isin(status, (at.REACHED_STOP, TOO_MANY_STEPS)) & (t > settings.t_start)

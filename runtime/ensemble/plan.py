@@ -237,14 +237,15 @@ def _choose(
 ) -> Choice:  # fmt: skip
     """Choose method and order for all members by a sample of them."""
     rows, states, varied = [], [], {}
-    for number in numbers_of_sample(members.n):
+    numbers = numbers_of_sample(members.n)
+    for number in numbers:
         parameters, values = members.arrays(p, number, number + 1)
         rows.append(parameters[0])
         varied = {name: [*varied.get(name, []), *found] for name, found in values.items()}
     rows = np.array(rows)
     states, failures = starts.of(rows, {name: np.array(found) for name, found in varied.items()})
     sound = [k for k in range(len(rows)) if k not in failures and np.isfinite(states[k]).all()]
-    sample = Sample(rows[sound], states[sound], members.n)
+    sample = Sample(rows[sound], states[sound], members.n, np.array(numbers)[sound])
     found = None
     if settings_of is not None and sample.tells:
 
