@@ -228,6 +228,47 @@ def curve(r: np.random.Generator) -> Case:
     return Case(m, t_end, {}, {"x": (end[0], 0.3), "dot(x)": (end[1], 1.0)})
 
 
+def kink(r: np.random.Generator) -> Case:
+    """An oscillator with forces that have kinks, and are smooth: cut off and raised to powers, smooth steps."""
+    from scipy.integrate import solve_ivp
+
+    m, q0, v0 = Model("kink"), float(r.uniform(-1.0, 1.0)), float(r.normal(0.0, 1.0))
+    x = m.coordinate("x", start=q0, rate=v0)
+    m.kinetic("dot(x)^2/2")
+    m.potential("2*x^2")
+    terms: list[str] = []
+    parts: list[Callable[[float, float], float]] = []
+    for _ in range(int(r.integers(1, 4))):
+        a, k = float(r.normal(0.0, 0.4)), float(10.0 ** r.uniform(-0.5, 1.5))
+        way, n, width = int(r.integers(0, 4)), int(r.integers(2, 5)), float(10.0 ** r.uniform(-3.0, 0.0))
+        if way == 0:
+            terms.append(f"-{k!r}*max(x - {a!r}, 0)^{n}")
+            parts.append(lambda q, v, a=a, k=k, n=n: -k * max(q - a, 0.0) ** n)
+        elif way == 1:
+            terms.append(f"-{k!r}*smoothstep({a!r}, {a + width!r}, x)")
+            parts.append(lambda q, v, a=a, k=k, b=a + width: -k * _smooth((q - a) / (b - a)))
+        elif way == 2:
+            terms.append(f"{k / 10!r}*min(dot(x) - {a!r}, 0)^2")
+            parts.append(lambda q, v, a=a, k=k: k / 10 * min(v - a, 0.0) ** 2)
+        else:
+            terms.append(f"-{k!r}*abs(x - {a!r})^3*{n!r}")
+            parts.append(lambda q, v, a=a, k=k, n=n: -k * abs(q - a) ** 3 * n)
+    m.potential("20*x^4")  # it stays near
+    m.force(x, " + ".join(terms))
+    t_end = float(r.uniform(1.0, 4.0))
+    found = solve_ivp(
+        lambda t, s: (s[1], -4.0 * s[0] - 80.0 * s[0] ** 3 + sum(f(*s) for f in parts)),
+        (0.0, t_end), (q0, v0), "DOP853", rtol=1e-11, atol=1e-13, max_step=1e-3,
+    )  # fmt: skip
+    (x_end, v_end), (x_range, v_range) = found.y[:, -1], np.ptp(found.y, axis=1)
+    return Case(m, t_end, {}, {"x": (x_end, x_range), "dot(x)": (v_end, v_range)})
+
+
+def _smooth(s: float) -> float:
+    s = min(max(s, 0.0), 1.0)
+    return s * s * (3.0 - 2.0 * s)
+
+
 def bristle(r: np.random.Generator) -> Case:
     """A block that rubs by bristles, pulled by a spring whose end moves on, between two stops."""
     mass, stiffness = float(10.0 ** r.uniform(-1, 1)), float(10.0 ** r.uniform(3, 5))
@@ -371,7 +412,8 @@ def sizes(r: np.random.Generator) -> Case:
 
 KINDS: dict[str, Callable[[np.random.Generator], Case]] = {
     "lags": lags, "lag and step": beyond, "pulses": pulses, "no number": not_a_number, "rope": rope,
-    "curve": curve, "bristle at stop": bristle, "moments": moments, "at the end": at_the_end, "sizes": sizes,
+    "curve": curve, "kink": kink,
+    "bristle at stop": bristle, "moments": moments, "at the end": at_the_end, "sizes": sizes,
 }  # fmt: skip
 
 
