@@ -17,6 +17,7 @@ from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.plan import make_plan
 from symgen.runtime.ensemble.reduction import Digest, Moments
 from symgen.runtime.ensemble.sampling import read_variation
+from symgen.runtime.ensemble.shipping import in_order
 from symgen.runtime.ensemble.work import _prepared
 from symgen.runtime.errors import RuntimeModelError, UnknownNameError
 from symgen.runtime.front import load
@@ -777,3 +778,18 @@ def test_what_the_page_says_of_lanes_is_so(feature):
             assert not runs, refused
             continue
         assert (plan.settings is not None) == runs, (method, plan.notes)
+
+
+def test_chunks_under_way_are_given_up_with_an_executor_that_is_closed():
+    """A Dask client that is closed refuses to cancel; that is no error of who stops reading."""
+
+    class Future:
+        def result(self):
+            return 1
+
+        def cancel(self):
+            raise RuntimeError("Client is closed")
+
+    running = in_order(lambda first, last: Future(), [(0, 1), (1, 2), (2, 3)], ahead=2)
+    assert next(running) == 1
+    running.close()
