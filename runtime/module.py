@@ -120,6 +120,7 @@ def check_header(header: Any) -> None:
     _check_robot(header)
     _check_start(header)
     _check_marks(header)
+    _check_bushings(header)
     _check_sizes(header)
     _check_subsystems(header)
     _check_switches(header)
@@ -195,6 +196,23 @@ def _check_marks(header: dict[str, Any]) -> None:
         signs = mark.get("signs", [])
         if type(signs) is not list or len(signs) != len(held) or any(sign not in (1, -1) for sign in signs):
             raise HeaderFault(f"{place}['signs'] is {signs!r:.60}, expected 1 or -1 for each constraint")
+
+
+def _check_bushings(header: dict[str, Any]) -> None:
+    """Which bushings turn: two bodies that are there, or -1, and three axes in each."""
+    for index, record in enumerate(_get(header, "bushings", list, "") if "bushings" in header else ()):
+        place = f"bushings[{index}]"
+        _get(record, "name", str, place)
+        bodies, axes = _get(record, "bodies", list, place), _get(record, "axes", list, place)
+        if len(bodies) != 2 or any(type(k) is not int or not -1 <= k < len(header["bodies"]) for k in bodies):
+            raise HeaderFault(f"{place}['bodies'] is {bodies!r:.60}, expected the numbers of two bodies")
+        numbers = [x for own in axes if type(own) is list and len(own) == 9 for x in own]
+        if (
+            len(axes) != 2
+            or len(numbers) != 18
+            or any(type(x) is not float or not abs(x) < 2 for x in numbers)
+        ):
+            raise HeaderFault(f"{place}['axes'] is {axes!r:.60}, expected nine numbers for each body")
 
 
 def _get(table: Any, key: str, kind: type, place: str) -> Any:

@@ -32,6 +32,7 @@ blow_up = Late("symgen.runtime.checks.blow_up")
 branches = Late("symgen.runtime.checks.branches")
 contact_settings = Late("symgen.runtime.contact.settings")
 drift_of_constraints = Late("symgen.runtime.constraints.drift")
+bushings = Late("symgen.runtime.checks.bushings")
 held = Late("symgen.runtime.checks.held")
 jacobian = Late("symgen.runtime.checks.jacobian")
 levels = Late("symgen.runtime.constraints.levels")
@@ -110,6 +111,7 @@ def check(solution: Solution) -> list[HealthCheck]:
       gap between branches of the positions fail.
     * subsystems integrated by themselves: the limits of energy and rejected steps hold for the worst of them.
     * stops: no gap below zero by more than 10 times what the tolerances leave of the coordinates it depends on.
+    * bushings: none wound up so far that its angles jump to the other side, at frames.
     * held: no friction that sticks with a force beyond its limit by more than a tenth, no stop that pulls, at frames.
     * time terms: what time alone does is resolved by a fixed step, and not too much for any.
     * missed events, poles (fixed steps), accuracy (the estimated error, of regular ends), and notes on the Jacobian,
@@ -152,6 +154,8 @@ def _further(solution: Solution, method: Method) -> Iterator[HealthCheck]:
         yield stops.stops(solution)
     if solution.forms is not None:
         yield held.held(solution)
+    if solution.system.source.header.get("bushings"):
+        yield bushings.bushings(solution)
     if "residual_jacobian" in method.kernels:
         yield from jacobian.jacobian(solution, method)
     if method.adaptive and not method.stiff:
