@@ -16,8 +16,8 @@ PAGE = (Path(__file__).resolve().parents[1] / "docs" / "compare.md").read_text(e
 ROWS = [
     [cell.strip() for cell in line.split("|")[1:-1]] for line in PAGE.splitlines() if line.startswith("| ")
 ]
-# Shown in a window, or of a file that a user has: tests/test_viewer.py, tests/test_urdf.py.
-ELSEWHERE = ("symgen play p.rrd", "symgen import")
+# Shown in a window, of a file that a user has, or on a device: tests/test_viewer.py, test_urdf.py, test_gpu.py.
+ELSEWHERE = ("symgen play p.rrd", "symgen import", "symgen sweep MODEL --device cuda")
 NEEDS = {"to_dataframe": "pandas", "plot": "matplotlib"}
 
 
