@@ -13,6 +13,8 @@ import functools
 from symgen.runtime.taylor.graph import CONVOLUTIONS
 from symgen.runtime.taylor.motion import Motion
 
+_FEW_UNKNOWNS = 3
+LINEAR = ("integral", "shift", "add", "sub", "neg", "scale", "kept")
 _OUTPUT_LEAD = 2  # of coordinates whose rates are not their derivatives: they reach the order of all others
 
 
@@ -29,6 +31,9 @@ class Plan:
         Series whose newest coefficient waits for the unknowns.
     closed_later : set of int
         Open series whose newest coefficient is read again at later orders, so that they must be corrected.
+    spreading : set of int
+        Of these, what products, quotients, roots and powers among them are made of, directly or by sums: their
+        corrections are needed by themselves.
     kept : set of int
         Series of which older coefficients are read.
     depth : dict of int to int
@@ -42,7 +47,10 @@ class Plan:
         self.order = self._sorted()
         self.open = self._open()
         self.kept, self.closed_later = self._kept()
+        self.spreading = self._spreading()
         self.depth = self._depths()
+        # The sums of products that the equations are made of enter the solution directly: short for few unknowns.
+        self.by_weights = len(motion.unknowns) <= _FEW_UNKNOWNS
 
     @functools.cached_property
     def convolutions(self) -> list[int]:
@@ -111,23 +119,6 @@ class Plan:
             depth[node] = 1 + max((depth[a] for a in self._newest(node)), default=late)
         return depth
 
-    def linear_terms(self, node: int) -> list[tuple[list[int], bool, int]]:
-        """A sum as its terms: constant factors, whether to be subtracted, and the series."""
-        g, found = self.graph, []
-        pending = [([], False, node)]
-        while pending:
-            factors, negative, term = pending.pop()
-            kind, args = g.op[term], g.args[term]
-            if g.is_constant(term) or kind not in ("add", "sub", "neg", "scale"):
-                found.append((factors, negative, term))
-            elif kind == "scale":
-                pending.append(([*factors, args[0]], negative, args[1]))
-            else:
-                pending.append((factors, negative != (kind != "add"), args[-1]))
-                if kind != "neg":
-                    pending.append((factors, negative, args[0]))
-        return found
-
     def _kept(self) -> tuple[set[int], set[int]]:
         """Series of which older coefficients are read; of these and what they are made of, the open ones."""
         kept = set()
@@ -151,3 +142,13 @@ class Plan:
                 closed.add(node)
                 pending += [a for a in self._newest(node) if a in self.open]
         return kept, closed
+
+    def _spreading(self) -> set[int]:
+        found: set[int] = set()
+        pending = [node for node in self.closed_later if self.graph.op[node] not in LINEAR]
+        while pending:
+            for a in self._newest(pending.pop()):
+                if a in self.open and a not in found:
+                    found.add(a)
+                    pending.append(a)
+        return found
