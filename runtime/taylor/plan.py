@@ -36,6 +36,9 @@ class Plan:
         corrections are needed by themselves.
     kept : set of int
         Series of which older coefficients are read.
+    by_weights : bool
+        Whether what the equations are made of enters the solution directly, each product by a weight for each unknown,
+        in place of sums along the way to the equations.
     depth : dict of int to int
         How many operations the newest coefficient has to wait for, in its step.
     """
@@ -49,8 +52,7 @@ class Plan:
         self.kept, self.closed_later = self._kept()
         self.spreading = self._spreading()
         self.depth = self._depths()
-        # The sums of products that the equations are made of enter the solution directly: short for few unknowns.
-        self.by_weights = len(motion.unknowns) <= _FEW_UNKNOWNS
+        self.by_weights = self._is_short_by_weights()
 
     @functools.cached_property
     def convolutions(self) -> list[int]:
@@ -118,6 +120,11 @@ class Plan:
             late = int(node in self.motion.rates)
             depth[node] = 1 + max((depth[a] for a in self._newest(node)), default=late)
         return depth
+
+    def _is_short_by_weights(self) -> bool:
+        kinds, n = self.graph.op, len(self.motion.unknowns)
+        sums = sum(kinds[node] in LINEAR for node in self.open - set(self.motion.unknowns))
+        return n <= _FEW_UNKNOWNS and n * sum(kinds[node] in CONVOLUTIONS for node in self.open) < sums
 
     def _kept(self) -> tuple[set[int], set[int]]:
         """Series of which older coefficients are read; of these and what they are made of, the open ones."""
