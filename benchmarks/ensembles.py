@@ -15,6 +15,7 @@ least of some turns.
 from __future__ import annotations
 
 import argparse
+import ctypes
 import importlib.util
 import json
 import logging
@@ -28,8 +29,11 @@ import numpy as np
 
 from symgen import link, runtime
 from symgen.model.library import find
+from symgen.runtime.code import engine
 from symgen.runtime.ensemble import uniform
-from symgen.runtime.ensemble.evaluate import evaluate_members
+from symgen.runtime.ensemble.arrays import aligned
+from symgen.runtime.ensemble.evaluate import Evaluator
+from symgen.runtime.ensemble.machine import lane_kernel
 from symgen.runtime.ensemble.sampling import Members
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -213,14 +217,56 @@ def heyoka_batch(name: str, t_end: float, starts: np.ndarray, tolerance: float) 
     return call
 
 
-def measure_dynamics(name: str) -> float:
-    """Return how many states a second forward dynamics are found of, on one core, at parameters of one member."""
+def measure_dynamics(name: str) -> tuple[float, float]:
+    """Return how many states a second forward dynamics are found of, on one core, at parameters of one member.
+
+    First by calls of the machine code alone, for eight states that stand side by side; then of states in an array, to
+    accelerations in an array.
+    """
     system, n = loaded(name), 1 << 13
     states = np.random.default_rng(0).uniform(-1.0, 1.0, (1, n, system.nq + system.nv))
     p, times = system.parameter_values()[None], np.zeros(n)
-    calls = [lambda: evaluate_members(system, "rhs", p, times, states)] * 20
+    evaluator = Evaluator(system, "rhs")
+    calls = [lambda: evaluator(p, times, states)] * 20
     calls[0]()
-    return n / min(least_time(calls))
+    return measure_calls(system, states[0, :8], p[0]), n / min(least_time(calls))
+
+
+def measure_calls(system: runtime.System, states: np.ndarray, parameters: np.ndarray) -> float:
+    """Return how many states a second the function `rhs` in lanes takes that is called again and again."""
+    lanes, n = len(states), 20_000
+    code = engine.MachineCode()
+    content = engine.object_code(
+        engine.cache_key(_CALLS), "calls", "calls", lambda _: (_CALLS.format(lanes=lanes), 0)
+    )
+    arguments = [ctypes.c_uint64, *[ctypes.c_void_p] * 3, ctypes.c_int64]
+    call = ctypes.CFUNCTYPE(None, *arguments)(code.add(content, "calls"))
+    longer = np.append(parameters, np.zeros(system.n_precomputed - len(parameters)))
+    ctypes.CFUNCTYPE(None, ctypes.c_double, *[ctypes.c_void_p] * 3)(system.setup_address)(
+        0.0, longer.ctypes.data, longer.ctypes.data, longer[len(parameters) :].ctypes.data
+    )
+    y, p, out = (aligned(length * lanes) for length in (system.ny, system.n_precomputed, system.n_row))
+    y.reshape(-1, lanes)[: states.shape[1]] = states.T
+    p.reshape(-1, lanes)[:] = longer[:, None]
+    kernel = lane_kernel(system, "rhs", lanes)
+    took = least_time([lambda: call(kernel, y.ctypes.data, p.ctypes.data, out.ctypes.data, n)] * 20)
+    return n * lanes / min(took)
+
+
+_CALLS = """
+define void @calls(ptr %f, ptr %y, ptr %p, ptr %out, i64 %n) {{
+entry:
+  br label %loop
+loop:
+  %i = phi i64 [0, %entry], [%next, %loop]
+  call void %f(<{lanes} x double> zeroinitializer, ptr %y, ptr %p, ptr %out)
+  %next = add i64 %i, 1
+  %more = icmp slt i64 %next, %n
+  br i1 %more, label %loop, label %done
+done:
+  ret void
+}}
+"""
 
 
 def measure_scaling(name: str, seconds: float) -> None:
@@ -282,7 +328,8 @@ def main() -> None:
         measure_scaling(given.scaling, given.seconds)
         return
     if given.dynamics:
-        print(f"{given.dynamics}: forward dynamics of {measure_dynamics(given.dynamics):.3g} states a second")
+        alone, of_arrays = measure_dynamics(given.dynamics)
+        print(f"{given.dynamics}: forward dynamics of {alone:.3g} states a second, {of_arrays:.3g} of arrays")
         return
     unknown = [name for name in (*given.scenes, *filter(None, [given.scaling])) if name not in SCENES]
     if unknown:
