@@ -37,6 +37,7 @@ from symgen.runtime.ensemble.machine import lane_kernel
 from symgen.runtime.ensemble.sampling import Members
 
 ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "benchmarks" / "peers"))
 TURNS = 3
 LOOPED, RUNS = 64, 4  # members of `run.many` and of `loop of run`
 LEVELS = (3e-4, 1e-7, 3e-11, 2e-13)
@@ -98,6 +99,19 @@ def outer_solar_system_of_heyoka() -> list:
     return [found[6 * body + half + axis] for half in (0, 3) for body in range(6) for axis in range(3)]
 
 
+def generated_of_heyoka(name: str) -> list:
+    """The generated right-hand side, run on its symbols."""
+    from heyoka_peer import equations
+    from job import Job
+
+    text = link.module_for(Path(find(name)), {}, None).text
+    system = runtime.load(text)
+    start = np.zeros(system.nq + system.nv)
+    empty = np.zeros(0)
+    return equations(Job(system, text, system.parameter_values(), start, start, start, 0.0, 0.0, empty, {}))
+
+
+# Equations as its users would write them, and models of its own; of others what is generated.
 HEYOKA = {
     "double_pendulum": double_pendulum_of_heyoka,
     "outer_solar_system": outer_solar_system_of_heyoka,
@@ -166,7 +180,7 @@ def measure(name: str) -> dict[str, list[tuple[float, float]]]:
         for rtol in tolerances:
             label = "ensemble" if method == "auto" else method
             add(label, lambda method=method, rtol=rtol: ends(method=method, rtol=rtol, atol=rtol * 1e-2))
-    if name in HEYOKA and importlib.util.find_spec("heyoka"):
+    if scene.methods is OURS and scene.place != "parameters" and importlib.util.find_spec("heyoka"):
         for tolerance in THEIRS:
             add("heyoka", heyoka_batch(name, scene.t_end, starts.T.copy(), tolerance))
     several = min(LOOPED, scene.members)
@@ -203,7 +217,8 @@ def heyoka_batch(name: str, t_end: float, starts: np.ndarray, tolerance: float) 
     import heyoka as hy
 
     width = 8
-    ta = hy.taylor_adaptive_batch(HEYOKA[name](), starts[:, :width].copy(), tol=tolerance)
+    equations = HEYOKA[name]() if name in HEYOKA else generated_of_heyoka(name)
+    ta = hy.taylor_adaptive_batch(equations, starts[:, :width].copy(), tol=tolerance)
 
     def call() -> np.ndarray:
         ends = np.empty_like(starts)
