@@ -65,9 +65,9 @@ class Scene:
 SCENES = {
     "double_pendulum": Scene(10.0, "start", "theta1", (1.37, 1.77), LEVELS, members=16384),
     "slider_crank": Scene(2.0, "start", "theta", (0.4, 0.6), (3e-3, 5e-6, 8e-10, 2.5e-12), members=16384),
-    "seven_dof_arm": Scene(5.0, "start", "q1", (-0.1, 0.1), (4e-6, 7e-9, 1.4e-12), members=1024),
+    "seven_dof_arm": Scene(5.0, "start", "q1", (-0.1, 0.1), (4e-6, 7e-9, 1.4e-12), members=2048),
     "outer_solar_system": Scene(
-        20_000.0, "rate", "x_sun", (-1e-8, 1e-8), (2.7e-3, 4.6e-6, 5.1e-9, 5.9e-12), members=1024
+        20_000.0, "rate", "x_sun", (-1e-8, 1e-8), (2.7e-3, 4.6e-6, 5.1e-9, 5.9e-12), members=4096
     ),
     "bricard": Scene(2.0, "parameters", "g", (9.0, 10.0), members=256),
     "rolling_disc": Scene(10.0, "parameters", "g", (9.0, 10.0), members=1024),
