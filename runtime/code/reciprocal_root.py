@@ -1,10 +1,11 @@
 """The reciprocal of a root as LLVM IR, of a number or of a vector of numbers, to the same bits.
 
-A root and a division are the slowest operations on vectors that there are, and cannot overlap with others of their kind.
-Here the exponent is halved in the bits of the number, which is a seed to 3.5 % (the constant is that of C. Lomont, "Fast
-inverse square root", 2003, for doubles), followed by two steps of third order and one of Newton's method, whose
-products wait for each other, but not for those of another root. The last residual has the rounding of x r in it, so that
-the error is below 0.51 units in the last place; a root and a division, rounded one after the other, have up to 1.0.
+A root and a division are the slowest operations on vectors that there are, and do not overlap with others of their
+kind. Here the exponent is halved in the bits of the number, which is a seed to 3.5 % (the constant is that of
+C. Lomont, "Fast inverse square root", 2003, for doubles), followed by two steps of third order and one of Newton's
+method, whose products wait for each other, but not for those of another root. The last residual has the rounding of
+x r in it, so that the error is below 0.52 units in the last place; a root and a division, rounded one by one, have up
+to 1.0.
 """
 
 from __future__ import annotations
