@@ -13,12 +13,20 @@ from __future__ import annotations
 from symgen.runtime.code.llvm_text import lanes_constant, lanes_suffix, lanes_type
 
 _SEED = 0x5FE6EB50C7B537A9
-_SMALLEST, _LARGEST = 1e-280, 1e280  # beyond them, where no distance of a mechanism is, it is a root and a division
+_SMALLEST, _LARGEST = (
+    1e-280,
+    1e280,
+)  # beyond them, where no distance of a mechanism is, it is a root and a division
 
 
 def reciprocal_root(name: str, lanes: int) -> tuple[str, set[str]]:
     """Return the LLVM IR of `V name(V x)`, 1 / sqrt(x), and what it declares; the root is declared already."""
-    kind, flags, bits, suffix = lanes_type(lanes), _type("i1", lanes), _type("i64", lanes), lanes_suffix(lanes)
+    kind, flags, bits, suffix = (
+        lanes_type(lanes),
+        _type("i1", lanes),
+        _type("i64", lanes),
+        lanes_suffix(lanes),
+    )
 
     def number(value: float) -> str:
         return lanes_constant(value, lanes)
@@ -69,7 +77,9 @@ done:
 ret {kind} %r
 }}
 """
-    return text, {f"declare {kind} @llvm.{fma}.{suffix}({kind}, {kind}, {kind})" for fma in ("fma", "fmuladd")}
+    return text, {
+        f"declare {kind} @llvm.{fma}.{suffix}({kind}, {kind}, {kind})" for fma in ("fma", "fmuladd")
+    }
 
 
 def _type(element: str, lanes: int) -> str:
