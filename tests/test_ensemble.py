@@ -218,13 +218,15 @@ def test_fixed_steps(name, method):
         assert len(e.member(k).step_log) == run.stats["steps"] == 500
 
 
-# Constrained by lengths that vary; with a quaternion; with a mass matrix that changes, and work; with jumps in time.
+# Constrained by lengths that vary; with a quaternion; with a mass matrix that changes, and work; with jumps in time; with
+# constraints that follow from others.
 @pytest.mark.parametrize(
     ("name", "method", "steps"),
     [
         ("slider_crank", "rattle", 100), ("slider_crank", "rattle6", 100),
         pytest.param("heavy_top_absolute", "rattle4", 100, marks=pytest.mark.slow),
         ("cart_pole", "rattle", 100), ("cart_pole", "rattle6", 100), ("quarter_car", "rattle", 4000),
+        ("bricard", "rattle", 200), ("bricard", "rattle4", 100),
     ],
 )  # fmt: skip
 def test_rattle_in_lanes(name, method, steps):

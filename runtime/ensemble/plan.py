@@ -14,7 +14,7 @@ from symgen.runtime.code.lower import NoLanes
 from symgen.runtime.constraints.energy_level import choose_energy_level
 from symgen.runtime.ensemble.batch import BatchSettings
 from symgen.runtime.ensemble.intervals import Breaks
-from symgen.runtime.ensemble.machine import IMPLICIT, IN_LANES, ON_DEVICES, OVER_EVENTS, RATTLE
+from symgen.runtime.ensemble.machine import IMPLICIT, IN_LANES, ON_DEVICES, OVER_EVENTS
 from symgen.runtime.ensemble.method_choice import (
     Choice,
     Sample,
@@ -476,13 +476,6 @@ def _settings(
     for form in (system, system.closed) if system.switches else (system,):
         if method.name in IMPLICIT and (reason := _not_implicit(form, method)):
             return None, method, reason, []
-    if method.name in RATTLE and system.dependent:
-        return (
-            None,
-            method,
-            f"method {method.name} over constraints that follow from others is for single runs",
-            [],
-        )
     step, notes = choose_step(method, driven, p, state, single)
     level = choose_energy_level(single.energy_scaling, driven, method, p, single.t_start, state)
     arrays = LoopArrays(
