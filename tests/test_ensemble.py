@@ -218,8 +218,8 @@ def test_fixed_steps(name, method):
         assert len(e.member(k).step_log) == run.stats["steps"] == 500
 
 
-# Constrained by lengths that vary; with a quaternion; with a mass matrix that changes, and work; with jumps in time; with
-# constraints that follow from others.
+# Constrained by lengths that vary; with a quaternion; with a mass matrix that changes, and work; with jumps in time;
+# with constraints that follow from others.
 @pytest.mark.parametrize(
     ("name", "method", "steps"),
     [
