@@ -22,6 +22,7 @@ _BLOCK = (0.09, 0.055, 0.035)  # edges of a body without shape that turns, likew
 _BAR, _STOUTEST = 0.009, 0.025  # radius of a bar between joints, likewise: from the one to the other, or
 _STOUT = 0.12  # of its length
 _FAR = 1.0  # the origin belongs to the scene unless it is this many diagonals away
+_ROUNDING = 1e-9  # of what stands still, in parts of how far away it is
 
 
 @dataclass(frozen=True)
@@ -147,7 +148,7 @@ def scene_box(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray
         return np.full(3, -0.5), np.full(3, 0.5)
     away = np.linalg.norm(np.clip(0.0, low, high))
     diagonal = np.linalg.norm(high - low)
-    if diagonal == 0.0 or away <= _FAR * diagonal:
+    if diagonal <= _ROUNDING * away or away <= _FAR * diagonal:
         low, high = np.minimum(low, 0.0), np.maximum(high, 0.0)
     return low, high
 
