@@ -810,3 +810,18 @@ def test_chunks_are_whole_blocks_and_shorter_at_the_end(first, n, size, block, p
     assert all(
         length <= max(block, (n - a) / (2 * places) + block) for (a, _), length in zip(chunks, lengths)
     )
+
+
+@pytest.mark.parametrize("wide", [False, True])
+@pytest.mark.parametrize(("name", "method"), [("double_pendulum", "taylor"), ("slider_crank", "dop853"),
+                                              ("rolling_disc", "taylor"), ("cart_pole", "rk4")])  # fmt: skip
+def test_members_of_many_lanes_are_those_of_one(monkeypatch, name, method, wide):
+    """Small models of many members take two registers for each number where these are wide; the same bits."""
+    monkeypatch.setattr("symgen.runtime.ensemble.batch.has_wide_registers", lambda: wide)
+    system, t_end, kept = varied(name)
+    step = t_end / 100 if method == "rk4" else None
+    e = system.ensemble(t_end, n=259, seed=3, rtol=1e-6, method=method, step=step, frames=3, **kept)
+    assert e.plan.settings.lanes == (16 if wide else 8)
+    assert not e.verdicts.singly.any() and not e.n_failed
+    for k in (0, 17, 258):
+        assert np.array_equal(e.member(k, e.t).states, np.array([e[x][k] for x in e.names]).T)

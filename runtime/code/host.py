@@ -45,6 +45,11 @@ def target() -> tuple:
     return answer
 
 
+def has_wide_registers() -> bool:
+    """Whether this processor's registers hold eight numbers."""
+    return "+avx512f" in target()[-1]
+
+
 def _ask() -> tuple:
     return compiler.target()
 

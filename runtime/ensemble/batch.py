@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from symgen.runtime.choose import SERIES
+from symgen.runtime.code.host import has_wide_registers
 from symgen.runtime.ensemble import radau
 from symgen.runtime.ensemble.arrays import Table, aligned
 from symgen.runtime.ensemble.dense_lu import GIVE
@@ -38,7 +39,11 @@ from symgen.runtime.taylor.kernel import N_ROWS
 
 rattle = Late("symgen.runtime.ensemble.rattle")
 
-LANES = 8  # right for AVX-512, and within 13 % of the best elsewhere
+LANES = 8  # within 13 % of the best elsewhere
+# Where a register holds eight numbers, operations on one wait for results while those on another one go on, as long as
+# a model's numbers fit into registers: 3 to 18 % of the time (benchmarks.md). By the operations of `rhs`.
+_TWICE_AS_MANY = {"taylor": 600, "dop853": 300, "rk4": 300, "verlet": 300}
+_FEWEST_FOR_MANY = 256  # members
 _SHORTEST_STEP = 1e-150  # [s]: squares of the steps must not underflow
 _N_DENSE = 8
 _N_STAGES = 16
@@ -116,6 +121,16 @@ class BatchResult:
     def column(self, name: str) -> np.ndarray:
         """Return one of the columns."""
         return self.columns[:, COLUMNS.index(name)]
+
+
+def lanes_for(system: System, method: str, n: int) -> int:
+    """Return how many lanes `n` members of a model take; their numbers do not depend on it."""
+    is_short = system.operations.get("rhs", 0) <= _TWICE_AS_MANY.get(method, -1)
+    return (
+        2 * LANES
+        if is_short and n >= _FEWEST_FOR_MANY and not system.events and has_wide_registers()
+        else LANES
+    )
 
 
 def stage_tolerances(n_stages: int, rtol: float, atol: float) -> tuple[float, float, float]:

@@ -13,7 +13,7 @@ from symgen.runtime.checks.inertia import refuse_negative_inertia
 from symgen.runtime.choose import EXPLICIT, SERIES, choose_constraints, choose_method, choose_step
 from symgen.runtime.code.lower import NoLanes
 from symgen.runtime.constraints.energy_level import choose_energy_level
-from symgen.runtime.ensemble.batch import BatchSettings
+from symgen.runtime.ensemble.batch import BatchSettings, lanes_for
 from symgen.runtime.ensemble.intervals import Breaks
 from symgen.runtime.ensemble.machine import IMPLICIT, IN_LANES, ON_DEVICES, OVER_EVENTS
 from symgen.runtime.ensemble.method_choice import (
@@ -181,7 +181,7 @@ def make_plan(system: System, options: EnsembleOptions, choice: Choice | None = 
 
         def settings_of(name: str, first: np.ndarray, state: np.ndarray) -> BatchSettings | None:
             found, method, *_ = _settings(
-                driven or system, system, first, state, single, METHODS[name], np.zeros(0)
+                driven or system, system, first, state, single, METHODS[name], np.zeros(0), members.n
             )
             if found is None or driven is None:
                 return found
@@ -211,7 +211,7 @@ def make_plan(system: System, options: EnsembleOptions, choice: Choice | None = 
     settings = None
     if not objection:
         settings, method, objection, more = _settings(
-            driven or system, system, rows[0], state, single, method, frame_times, choice
+            driven or system, system, rows[0], state, single, method, frame_times, members.n, choice
         )
         notes = [*notes, *more]
     if settings is not None:
@@ -473,6 +473,7 @@ def _settings(
     single: RunOptions,
     method: Any,
     frame_times: np.ndarray,
+    n: int,
     choice: Choice | None = None,
 ) -> tuple[BatchSettings | None, Any, str, list[str]]:
     """Return settings for lanes with the method, or with the explicit one where a series cannot be had; or why not."""
@@ -497,7 +498,7 @@ def _settings(
         projection_tol=float(c[at.PROJECTION_TOL]),
         longest=(float(c[at.H_MAX]), float(c[at.H_BASE]), float(c[at.H_SHARE])),
         scale_energy=bool(np.isfinite(level)), max_steps=single.max_steps or _MANY_STEPS,
-        series=driven if driven is not system else None,
+        series=driven if driven is not system else None, lanes=lanes_for(system, method.name, n),
     )  # fmt: skip
     if system.switches:
         arrays.limit_steps(method, held=True)

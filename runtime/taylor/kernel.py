@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.code import cache, engine
-from symgen.runtime.code.host import target
+from symgen.runtime.code.host import has_wide_registers
 from symgen.runtime.errors import Refusal
 from symgen.runtime.lazy import Late
 
@@ -142,7 +142,6 @@ N_ROWS = MAX_ORDER + 2  # a row of zeros behind the last order
 _UNROLLED_BELOW = 5  # products of series
 _PLACES = 4  # in which steps look for choices that are not held; the last one is the end
 _KEPT_REFUSALS = 1000
-_WIDE = "+avx512f"  # among the processor's features
 _TEXTS = (
     "rhs", "residual", "mass_matrix", "constraint_jacobian", "constraint_residual", "solve", "poses", "switches",
     "closed_constraint_jacobian",
@@ -261,7 +260,7 @@ def _lower(system: System, symbol: str, lanes: int) -> tuple[str, int]:
 
 def _registers() -> coding.Registers:
     """The vector registers of this processor: of eight numbers with AVX-512, else four, or as good as that in pairs."""
-    return coding.Registers(8, 32) if _WIDE in target()[-1] else coding.Registers(4, 16)
+    return coding.Registers(8, 32) if has_wide_registers() else coding.Registers(4, 16)
 
 
 @functools.lru_cache(maxsize=1)
