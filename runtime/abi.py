@@ -39,7 +39,7 @@ N_WATCHED = {"stop": 2, "friction": 3}
 # Numbers that the function `marks` writes for each kind: places [m], directions, radii [m], forces [N], torques [N m].
 MARKS = {
     "pin": 6, "slide": 6, "ball": 3, "gear": 7, "point": 3, "ground": 3, "bar": 6, "link": 6, "spring": 6, "damper": 6,
-    "rail": 6, "force": 6, "torque": 3, "reaction": 3, "tension": 6, "surface": 10,
+    "rail": 6, "force": 6, "torque": 3, "reaction": 3, "tension": 6,
 }  # fmt: skip
 
 # Numbers that the function `shapes` writes for each kind of solid of a body that is made of such: sizes, the middle,

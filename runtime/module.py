@@ -196,11 +196,6 @@ def _check_marks(header: dict[str, Any]) -> None:
         signs = mark.get("signs", [])
         if type(signs) is not list or len(signs) != len(held) or any(sign not in (1, -1) for sign in signs):
             raise HeaderFault(f"{place}['signs'] is {signs!r:.60}, expected 1 or -1 for each constraint")
-        carried = mark.get("carries", [])
-        if type(carried) is not list or any(type(x) is not str or x not in bodies - {""} for x in carried):
-            raise HeaderFault(f"{place}['carries'] is {carried!r:.60}, expected names of bodies")
-        if mark["kind"] == "surface" and not carried:
-            raise HeaderFault(f"{place} is a surface that carries nothing")
 
 
 def _check_bushings(header: dict[str, Any]) -> None:

@@ -19,7 +19,6 @@ from symgen.runtime.recording.recording import Quantities
 from . import schema, symbols
 from .geometry import Primitive, quaternions
 from .layout import eye_axes
-from .surfaces import Net
 
 if TYPE_CHECKING:
     from symgen.runtime.recording.rrd.write import MarkWriter
@@ -31,12 +30,11 @@ FOLDERS = {
     "pin": schema.JOINTS, "slide": schema.JOINTS, "ball": schema.JOINTS, "point": schema.POINTS,
     "gear": schema.GEARS, "ground": schema.GROUND, "rail": schema.GROUND, "spring": schema.SPRINGS,
     "damper": schema.SPRINGS, "link": schema.LINKS, "bar": schema.LINKS, "force": schema.FORCES,
-    "torque": schema.FORCES, "reaction": schema.REACTIONS, "tension": schema.REACTIONS, "surface": schema.GROUND,
+    "torque": schema.FORCES, "reaction": schema.REACTIONS, "tension": schema.REACTIONS,
 }  # fmt: skip
 STRETCHED = ("spring", "damper", "link", "rail")  # between two places
 ARROWS = ("force", "torque", "reaction", "tension")
 HINGES = ("pin", "slide")
-_DRAWN_ELSEWHERE = ("bar", "surface")  # with bodies; where the run has been
 
 
 @dataclass(frozen=True)
@@ -50,7 +48,6 @@ class Mark:
     moves: bool
     constraints: tuple[int, ...]
     signs: tuple[int, ...]
-    carries: tuple[str, ...] = ()
 
     @property
     def path(self) -> str:
@@ -74,10 +71,7 @@ def read_marks(records: list[dict]) -> list[Mark]:
         count = met[FOLDERS[kind], name]
         held = tuple(record.get("constraints", ())), tuple(record.get("signs", ()))
         name = name if count == 1 else f"{name}_{count}"
-        carried = tuple(record.get("carries", ()))
-        result.append(
-            Mark(kind, name, record["body"], slice(*place), record.get("moves", False), *held, carried)
-        )
+        result.append(Mark(kind, name, record["body"], slice(*place), record.get("moves", False), *held))
     reactions = [mark for mark in result if FOLDERS[mark.kind] == schema.REACTIONS]
     return [mark for mark in result if mark not in reactions[_MOST_REACTIONS:]]
 
@@ -342,8 +336,6 @@ class Marks:
         self._start = np.zeros(0)
         self._around: Surroundings | None = None
         self._largest: dict[str, float] = {}  # of arrows, by their peers
-        self._nets: list[Net] = []
-        self._frame: tuple[float, np.ndarray] = 0.0, np.zeros(0)
         self.low, self.high = np.full(3, np.inf), np.full(3, -np.inf)
 
     def __bool__(self) -> bool:
@@ -372,8 +364,6 @@ class Marks:
         """Take the first frames; nothing is written yet."""
         self._widen(self._of.evaluate("marks", t, y))
         self._start = self._of.evaluate("marks", t[:1], y[:1])[0]
-        self._frame = float(t[0]), y[0].copy()
-        self._nets = [Net(m, self._start[m.columns]) for m in self._marks if m.kind == "surface"]
 
     def bars(self) -> dict[str, list[np.ndarray]]:
         """Return the bars between joints of bodies that have no shape, by body: ends in body axes, shape (2, 3) [m]."""
@@ -394,7 +384,7 @@ class Marks:
                 self.widen(around.in_world(mark.body, numbers[:3]), reach)
             if mark.kind in ARROWS:
                 writer.arrow_style(mark.path, schema.MARK_COLOURS[mark.kind])
-            elif mark.kind not in _DRAWN_ELSEWHERE:
+            elif mark.kind != "bar":
                 draw(writer, mark, numbers, around)
         self.scale(writer)
 
@@ -418,8 +408,6 @@ class Marks:
         multipliers : ndarray, shape (n, m)
         """
         rows = self.moved(writer, t, y)
-        for net in self._nets:
-            net.take(self._around, positions, rotations)
         for mark in self._marks:
             numbers = rows[:, mark.columns]
             if mark.kind == "reaction":
@@ -455,16 +443,6 @@ class Marks:
                 writer.moves(mark.path, *(between(*ends) if mark.kind in STRETCHED else ends[:1]))
         return rows
 
-    def finish(self, writer: MarkWriter) -> None:
-        """Write what only the whole run tells: how long arrows are, and how far surfaces reach."""
-        self.scale(writer)
-        for net in self._nets:
-            lines = net.lines(self._of, *self._frame, self._planar, self._around.diagonal)
-            if lines:
-                writer.lines(
-                    net.mark.path, lines, schema.MARK_COLOURS["ground"], width=0.8, body=net.mark.body
-                )
-
     def scale(self, writer: MarkWriter) -> None:
         """Make arrows of all frames as long as they are to be: in proportion, that of the largest force the longest."""
         for mark in self._marks:
@@ -483,8 +461,6 @@ class Marks:
         """Take the places of marks that belong to no body into the box."""
         for mark in self._marks:
             if not mark.body:
-                if mark.kind == "surface":  # its origin may be far from where anything is
-                    continue
                 places = rows[:, mark.columns][:, : 6 if mark.kind in STRETCHED else 3].reshape(-1, 3)
                 places = places[np.isfinite(places).all(axis=1)] @ self._axes.T
                 if len(places):

@@ -8,7 +8,6 @@ from typing import Any
 
 from ..model import algebra
 from ..model.description import Description, Joint, Loop, Point
-from ..model.gravity import HERE
 from ..model.joint_types import TYPES
 from ..model.orientation import Matrix, rotation
 from ..model.ready_made import ratio_of
@@ -21,7 +20,6 @@ WORLD = "world"
 MOST_BODIES = 200  # with more of them, marks would hide the picture
 Vector = tuple[algebra.Expr, ...]
 ZERO = (algebra.ZERO,) * 3
-_STRAIGHT = rotation(ZERO)
 OUT_OF_PLANE = (algebra.ZERO, algebra.ZERO, algebra.ONE)
 
 
@@ -36,7 +34,6 @@ class Mark:
     moves: bool = False
     constraints: tuple[int, ...] = ()
     signs: tuple[int, ...] = ()
-    carries: tuple[str, ...] = ()
 
     def record(self) -> dict[str, Any]:
         """The entry of the header."""
@@ -45,8 +42,6 @@ class Mark:
             record["moves"] = True
         if self.constraints:
             record |= {"constraints": list(self.constraints), "signs": list(self.signs)}
-        if self.carries:
-            record["carries"] = list(self.carries)
         return record
 
 
@@ -63,7 +58,6 @@ def marks(d: Description) -> list[Mark]:
         *found.rotors(),
         *found.points(),
         *rods(d),
-        *found.surfaces(),
         *_loads(d),
         *_drawings(d),
     ]
@@ -182,32 +176,6 @@ class _Finder:
             if r.body != WORLD:
                 place = self.local(r.body, tuple(r.at)) if r.at else ZERO
                 yield Mark("pin", r.name, r.body, (*place, *map(algebra.Float, r.axis or (0.0, 0.0, 1.0))))
-
-    def surfaces(self) -> Iterator[Mark]:
-        """Planes and surfaces that something rolls on or touches, once each: origin, directions of x and y, the height.
-
-        The height is that over the place (y[0], y[1]), so that a picture may ask for it anywhere. The ground of models
-        in space is drawn by the viewer, and bodies with shapes are seen.
-        """
-        carried: dict[tuple[str, algebra.Expr | None], list[str]] = {}
-        for item in (*self.d.rolling, *(pair for pair in self.d.pairs if pair.other is None)):
-            carried.setdefault((item.plane, item.height), []).append(item.body)
-        frames = {f.name: f for f in self.d.frames}
-        here = dict(zip(map(algebra.Symbol, HERE), (algebra.Symbol(c.name) for c in self.d.coordinates)))
-        for (plane, height), names in carried.items():
-            frame = frames.get(plane)
-            body = frame.body if frame else plane
-            shape = None if body == WORLD else self.bodies[body].shape
-            if height is None and (
-                shape is not None or (plane == WORLD and not self.bodies[names[0]].planar)
-            ):
-                continue
-            at, turn = ((*frame.at, *ZERO)[:3], rotation(frame.rpy)) if frame else (ZERO, _STRAIGHT)
-            place, home = (at, "") if body == WORLD else (self.local(body, at), body)
-            columns = (row[k] for k in (0, 1) for row in turn)
-            over = algebra.ZERO if height is None else height.xreplace(here)
-            name = plane if (plane, None) in carried or len(carried) == 1 else names[0]
-            yield Mark("surface", name, home, (*place, *columns, over), carries=tuple(dict.fromkeys(names)))
 
     def points(self) -> Iterator[Mark]:
         """Named points that no constraint uses."""
