@@ -39,7 +39,7 @@ N_WATCHED = {"stop": 2, "friction": 3}
 # Numbers that the function `marks` writes for each kind: places [m], directions, radii [m], forces [N], torques [N m].
 MARKS = {
     "pin": 6, "slide": 6, "ball": 3, "gear": 7, "point": 3, "ground": 3, "bar": 6, "link": 6, "spring": 6, "damper": 6,
-    "rail": 6, "force": 6, "torque": 3, "reaction": 3, "tension": 6,
+    "rail": 6, "force": 6, "torque": 3, "reaction": 3, "tension": 6, "plane": 9, "surface": 9,
 }  # fmt: skip
 
 # Numbers that the function `shapes` writes for each kind of solid of a body that is made of such: sizes, the middle,
@@ -72,6 +72,8 @@ def required_functions(header: Mapping[str, Any]) -> Iterator[str]:
     for key, name in (("bodies", "poses"), ("outputs", "outputs"), ("events", "events"), ("marks", "marks")):
         if header.get(key):
             yield name
+    if n_surfaces(header):
+        yield "heights"
     if any(body["sizes"] for body in header["bodies"]):
         yield "shapes"
     for event in header["events"]:
@@ -173,6 +175,7 @@ def array_sizes(header: Mapping[str, Any], function: str) -> tuple[int, int] | N
         **_sizes_of_start(header, extended),
         "time_terms": (state, header.get("time_terms", 0)),
         "marks": (state, sum(mark["numbers"] for mark in header.get("marks", ()))),
+        "heights": (2, n_surfaces(header)),
         "switches": (state, sum(N_WATCHED[switch["kind"]] for switch in header.get("switches", ()))),
     }
     if function in sizes:
@@ -182,6 +185,11 @@ def array_sizes(header: Mapping[str, Any], function: str) -> tuple[int, int] | N
     ):
         return state, state
     return None
+
+
+def n_surfaces(header: Mapping[str, Any]) -> int:
+    """Return how many surfaces are drawn whose heights the function `heights` says."""
+    return sum(mark["kind"] == "surface" for mark in header.get("marks", ()))
 
 
 def start_sizes(header: Mapping[str, Any]) -> dict[str, int]:

@@ -188,6 +188,9 @@ def _check_marks(header: dict[str, Any]) -> None:
             )
         if mark["body"] not in bodies:
             raise HeaderFault(f"{place}['body'] is {mark['body']!r:.60}, and there is no such body")
+        carried = mark.get("carries", [])
+        if type(carried) is not list or any(name not in bodies for name in carried):
+            raise HeaderFault(f"{place}['carries'] is {carried!r:.60}, expected names of bodies")
         held = mark.get("constraints", [])
         if type(held) is not list or any(type(k) is not int or not 0 <= k < header["nh"] for k in held):
             raise HeaderFault(

@@ -16,7 +16,7 @@ import numpy as np
 
 from symgen.runtime.recording.recording import Quantities
 
-from . import schema, symbols
+from . import floors, schema, symbols
 from .geometry import Primitive, quaternions
 from .layout import eye_axes
 
@@ -31,6 +31,7 @@ FOLDERS = {
     "gear": schema.GEARS, "ground": schema.GROUND, "rail": schema.GROUND, "spring": schema.SPRINGS,
     "damper": schema.SPRINGS, "link": schema.LINKS, "bar": schema.LINKS, "force": schema.FORCES,
     "torque": schema.FORCES, "reaction": schema.REACTIONS, "tension": schema.REACTIONS,
+    "plane": schema.GROUND, "surface": schema.GROUND,
 }  # fmt: skip
 STRETCHED = ("spring", "damper", "link", "rail")  # between two places
 ARROWS = ("force", "torque", "reaction", "tension")
@@ -48,6 +49,7 @@ class Mark:
     moves: bool
     constraints: tuple[int, ...]
     signs: tuple[int, ...]
+    carries: tuple[str, ...] = ()
 
     @property
     def path(self) -> str:
@@ -69,7 +71,7 @@ def read_marks(records: list[dict]) -> list[Mark]:
         kind, name = record["kind"], record["name"]
         met[FOLDERS[kind], name] += 1
         count = met[FOLDERS[kind], name]
-        held = tuple(record.get("constraints", ())), tuple(record.get("signs", ()))
+        held = (tuple(record.get(key, ())) for key in ("constraints", "signs", "carries"))
         name = name if count == 1 else f"{name}_{count}"
         result.append(Mark(kind, name, record["body"], slice(*place), record.get("moves", False), *held))
     reactions = [mark for mark in result if FOLDERS[mark.kind] == schema.REACTIONS]
@@ -334,6 +336,12 @@ class Marks:
         self._of, self._planar, self._axes = of, planar, eye_axes(planar)
         self._moving = any(mark.moves for mark in self._marks)  # whether later frames have to be evaluated
         self._start = np.zeros(0)
+        surfaces = [mark for mark in self._marks if mark.kind == "surface"]
+        self._floors = [
+            floors.Floor(mark, surfaces.index(mark) if mark in surfaces else 0, of, planar)
+            for mark in self._marks
+            if mark.kind in floors.KINDS
+        ]
         self._around: Surroundings | None = None
         self._largest: dict[str, float] = {}  # of arrows, by their peers
         self.low, self.high = np.full(3, np.inf), np.full(3, -np.inf)
@@ -384,8 +392,10 @@ class Marks:
                 self.widen(around.in_world(mark.body, numbers[:3]), reach)
             if mark.kind in ARROWS:
                 writer.arrow_style(mark.path, schema.MARK_COLOURS[mark.kind])
-            elif mark.kind != "bar":
+            elif mark.kind != "bar" and mark.kind not in floors.KINDS:
                 draw(writer, mark, numbers, around)
+        for floor in self._floors:
+            floor.open(writer, self._start[floor.mark.columns], around)
         self.scale(writer)
 
     def frames(
@@ -407,6 +417,8 @@ class Marks:
             The bodies' poses.
         multipliers : ndarray, shape (n, m)
         """
+        for floor in self._floors:
+            floor.frames(writer, positions, rotations)
         rows = self.moved(writer, t, y)
         for mark in self._marks:
             numbers = rows[:, mark.columns]
@@ -443,6 +455,16 @@ class Marks:
                 writer.moves(mark.path, *(between(*ends) if mark.kind in STRETCHED else ends[:1]))
         return rows
 
+    def close(self, writer: MarkWriter) -> None:
+        """Write what only the whole run tells: how long arrows are, and how far floors reach."""
+        self.scale(writer)
+        for floor in self._floors:
+            floor.close(writer)
+            places = floor.in_world(self._around) @ self._axes.T
+            if len(places) and floor.mark.kind == "surface":  # planes may go on beyond the picture
+                self.low = np.minimum(self.low, places.min(axis=0))
+                self.high = np.maximum(self.high, places.max(axis=0))
+
     def scale(self, writer: MarkWriter) -> None:
         """Make arrows of all frames as long as they are to be: in proportion, that of the largest force the longest."""
         for mark in self._marks:
@@ -460,7 +482,7 @@ class Marks:
     def _widen(self, rows: np.ndarray) -> None:
         """Take the places of marks that belong to no body into the box."""
         for mark in self._marks:
-            if not mark.body:
+            if not mark.body and mark.kind not in floors.KINDS:
                 places = rows[:, mark.columns][:, : 6 if mark.kind in STRETCHED else 3].reshape(-1, 3)
                 places = places[np.isfinite(places).all(axis=1)] @ self._axes.T
                 if len(places):

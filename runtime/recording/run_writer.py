@@ -225,9 +225,9 @@ class Scene:
             self._mark_writer.moves(path, lift, scales=self._primitives[i].scales(grown))
 
     def close(self) -> None:
-        """Write what only the whole run tells: how long arrows are."""
+        """Write what only the whole run tells."""
         if self._marks:
-            self._marks.scale(self._mark_writer)
+            self._marks.close(self._mark_writer)
 
     def box(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the corners, along the axes of the eye, of what holds all frames so far [m]."""

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..model import algebra
-from ..model.description import Description, Joint, Loop, Point
+from ..model.description import Description, Joint, Loop, Point, Rolling
+from ..model.gravity import HERE
 from ..model.joint_types import TYPES
 from ..model.orientation import Matrix, rotation
 from ..model.ready_made import ratio_of
+from .graph.nodes import Q
 from .load import Loader
 from .program import Function
 from .rod_ends import rod_ends
@@ -34,6 +36,8 @@ class Mark:
     moves: bool = False
     constraints: tuple[int, ...] = ()
     signs: tuple[int, ...] = ()
+    carries: tuple[str, ...] = ()
+    height: algebra.Expr | None = None
 
     def record(self) -> dict[str, Any]:
         """The entry of the header."""
@@ -42,6 +46,8 @@ class Mark:
             record["moves"] = True
         if self.constraints:
             record |= {"constraints": list(self.constraints), "signs": list(self.signs)}
+        if self.carries:
+            record["carries"] = list(self.carries)
         return record
 
 
@@ -57,6 +63,7 @@ def marks(d: Description) -> list[Mark]:
         *found.gears(),
         *found.rotors(),
         *found.points(),
+        *found.floors(),
         *rods(d),
         *_loads(d),
         *_drawings(d),
@@ -71,6 +78,7 @@ class _Finder:
         self.bodies = {b.name: b for b in d.bodies}
         self.children = {j.child for j in d.joints}
         self.point = {p.name: p for p in d.points}
+        self.frame = {f.name: f for f in d.frames}
         self.index = {c.name: k for k, c in enumerate(d.constraints)}
         self.pins: dict[str, list[Vector]] = {}  # by body: where others are joined to it
 
@@ -184,6 +192,24 @@ class _Finder:
             if p.name not in used and p.body != WORLD:
                 yield Mark("point", p.name, p.body, self.local(p.body, tuple(p.at)))
 
+    def floors(self) -> Iterator[Mark]:
+        """Planes and surfaces that bodies roll on or touch; planes of bodies that have a shape are drawn by it."""
+        found: dict[tuple[str, algebra.Expr | None], dict[str, str]] = {}  # by name: what is on it
+        for r in (*self.d.rolling, *(pair for pair in self.d.pairs if pair.other is None)):
+            if not (isinstance(r, Rolling) and r.kind == "knife" and self.bodies[r.body].planar):
+                found.setdefault((r.plane, r.height), {})[r.name] = r.body
+        for (plane, height), carried in found.items():
+            frame = self.frame.get(plane)
+            body, at, rpy = (plane, ZERO, ZERO) if frame is None else (frame.body, frame.at, frame.rpy)
+            if height is None and body != WORLD and self.bodies[body].shape is not None:
+                continue
+            home, place = ("", at) if body == WORLD else (body, self.local(body, tuple(at)))
+            turn = rotation(rpy)
+            directions = (row[k] for k in (0, 1) for row in turn)
+            on = tuple(dict.fromkeys(carried.values()))
+            kind, name = "plane" if height is None else "surface", next(iter(carried))
+            yield Mark(kind, name, home, (*_three(place), *directions), carries=on, height=height)
+
 
 def _pitch_radii(a: Joint, b: Joint, ratio: algebra.Expr) -> Vector:
     """Radii of the gears of two hinges with q_a = ratio q_b; none where their axes are not parallel, or are one.
@@ -213,6 +239,21 @@ def mark_function(loader: Loader, found: list[Mark]) -> Iterator[Function]:
     written = {k: node for k, node in enumerate(nodes) if node != loader.g.zero} or {0: nodes[0]}
     doc = "What a picture shows besides bodies, as `marks` lists it."
     yield Function("marks", doc, tuple(written.values()), tuple(written))
+
+
+def height_function(loader: Loader, found: list[Mark]) -> Iterator[Function]:
+    """The function `heights` of a place over the plane of each surface, if there are any; y is that place."""
+    surfaces = [mark.height for mark in found if mark.height is not None]
+    if not surfaces:
+        return
+    place = {
+        algebra.Symbol(name): algebra.Symbol(f"{name} on a floor") for name in HERE[:2]
+    }  # no model's name
+    loader.symbols |= {symbol.name: loader.g.var(Q, k) for k, symbol in enumerate(place.values())}
+    nodes = tuple(loader.load(height.xreplace(place)) for height in surfaces)
+    yield Function(
+        "heights", "Heights of the surfaces among `marks` at a place x, y over their planes.", nodes
+    )
 
 
 def mark_records(found: list[Mark]) -> dict[str, list[dict[str, Any]]]:

@@ -21,7 +21,7 @@ from .graph.vectors import normalised
 from .header import header
 from .input_rates import with_input_rates
 from .jumps import with_branches
-from .marks import Mark, mark_function, mark_records, marks
+from .marks import Mark, height_function, mark_function, mark_records, marks
 from .program import Function, Program
 from .solve import factorise as ldl
 from .starts import levels, start_conditions, start_function, start_record
@@ -130,6 +130,7 @@ def drawn_marks(d: Derivation, found: list[Mark]) -> Iterator[Function]:
     for function in mark_function(d.loader, found):
         nodes = d.g.substitute(list(function.outputs), d.settled.values)
         yield replace(function, outputs=tuple(nodes))
+    yield from height_function(d.loader, found)
 
 
 def solves(program: Program) -> dict[str, bool]:

@@ -239,7 +239,7 @@ def _literal(value: object) -> str:
 
 @functools.lru_cache(maxsize=1024)  # the records of a table have the same keys, and much the same units
 def _quoted(value: str) -> str:
-    text = ascii(value)
+    text = ascii("".join(value))  # of a subclass such as NumPy's the plain text
     return text if '"' in text else '"' + text[1:-1].replace("\\'", "'") + '"'
 
 

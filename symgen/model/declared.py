@@ -25,7 +25,7 @@ from .description import (
     Table,
     Use,
 )
-from .given import is_listed
+from .given import is_listed, unpacked
 from .names import name_fault, reference_fault
 from .sources import Sources
 from .units import TIME, Unit, over
@@ -147,8 +147,7 @@ class Declared:
             raise self._sources.error(table, str(name)[:60], fault, hint="choose another name")
 
     def _vector(self, values: Any, table: str, key: str, lengths: tuple[int, ...]) -> list[Any]:
-        if hasattr(values, "tolist"):
-            values = values.tolist()  # an array of NumPy
+        values = unpacked(values)
         if not is_listed(values):
             raise self._sources.error(
                 table,

@@ -39,6 +39,11 @@ def is_symbol(value: Any) -> bool:
     return isinstance(value, algebra.Symbol) or _is_of_sympy(value, "Symbol")
 
 
+def unpacked(value: Any) -> Any:
+    """An array of NumPy as a list, one of its numbers as a number; anything else as it is."""
+    return value.tolist() if hasattr(value, "tolist") and not _is_of_sympy(value, "MatrixBase") else value
+
+
 def is_listed(values: Any) -> bool:
     """Whether a value is a list of others: a matrix of SymPy is, text is not."""
     return not isinstance(values, str) and (

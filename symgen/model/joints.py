@@ -11,7 +11,7 @@ from . import algebra
 from .declared import Declared
 from .description import Coordinate, Joint, Rate
 from .evaluate import Direction, NotFinite, dot_product, evaluate, normalised, perpendicular
-from .given import given_name, is_symbol
+from .given import given_name, is_symbol, unpacked
 from .joint_types import ANGULAR_VELOCITY, TYPES, JointType
 from .names import name_fault, reference_fault
 from .orientation import roll_pitch_yaw
@@ -182,6 +182,7 @@ def direction(model: Declared, table: str, key: str, values: Any) -> Direction:
 
 def _each(model: Declared, table: str, key: str, value: Any, count: int) -> tuple[algebra.Expr, ...]:
     """One expression for all coordinates of a joint, or one for each."""
+    value = unpacked(value)
     if isinstance(value, (str, algebra.Expr)) or not isinstance(value, Sequence):
         return (model._sources.expression(value, table, key),)
     if len(value) != count:
@@ -226,6 +227,7 @@ def _coordinate_names(
 ) -> tuple[str, ...]:
     if given is None:
         return kind.coordinate_names(joint)
+    given = unpacked(given)
     if isinstance(given, str) or is_symbol(given):
         given = (given,)
     if not isinstance(given, Sequence) or len(given) != kind.nq:
@@ -272,7 +274,7 @@ def _state_numbers(
     for key in STATE_KEYS:
         if key not in given:
             continue
-        count, values = kind.nv if key.startswith("rate") else kind.nq, given[key]
+        count, values = kind.nv if key.startswith("rate") else kind.nq, unpacked(given[key])
         if count == 1 and (isinstance(values, (str, algebra.Expr)) or not isinstance(values, Sequence)):
             values = [values]
         state[key] = model._vector(values, table, key, (count,))

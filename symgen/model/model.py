@@ -1471,7 +1471,9 @@ class Model(Declared):
         values = {k: None if x is None else self._sources.expression(x, table, k) for k, x in given.items()}
         held = {
             "gap": self._required(table, "gap", gap),
-            "stiffness": self._required(table, "stiffness", stiffness),
+            "stiffness": self._required(
+                table, "stiffness", stiffness, "add it, or name the 'body' that touches"
+            ),
         }
         self._contacts[name] = Contact(name, **held, **values)
 
@@ -1840,9 +1842,9 @@ class Model(Declared):
             raise sources.error(table, "normal", message)
         return tuple(names)
 
-    def _required(self, table: str, key: str, value: Any) -> algebra.Expr:
+    def _required(self, table: str, key: str, value: Any, hint: str = "add it") -> algebra.Expr:
         if value is None:
-            raise self._sources.error(table, key, f"the key '{key}' is missing", hint="add it")
+            raise self._sources.error(table, key, f"the key '{key}' is missing", hint=hint)
         return self._sources.expression(value, table, key)
 
     def _touching_names(self) -> ChainMap:

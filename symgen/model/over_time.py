@@ -10,6 +10,7 @@ from typing import Any
 
 from ..errors import nearest
 from .declared import Declared
+from .given import unpacked
 from .table_file import read_table_file
 from .units import Unit
 
@@ -68,7 +69,7 @@ def _in_si(values: tuple[float, ...], size: Unit | None) -> tuple[float, ...]:
 
 
 def _pair(model: Declared, key: str, table: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    error = model._sources.error
+    error, table = model._sources.error, unpacked(table)
     if not isinstance(table, Sequence) or len(table) != 2:
         raise error(
             "inputs", key, "a table is a list of times and a list of values, or the name of a file",

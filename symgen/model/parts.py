@@ -13,7 +13,7 @@ from .colours import without_colour
 from .declared import Declared
 from .description import NOTHING, Body, Drawing, Event, Load, Reset, Shape, Solid
 from .functions import dot
-from .given import given_expression, is_listed, is_symbol
+from .given import given_expression, is_listed, is_symbol, unpacked
 from .items import DRAWINGS, drawing_key
 from .mesh import volume_of
 from .names import reference_fault
@@ -298,6 +298,7 @@ def make_load(
             "a torque has no point; 'point' goes with 'force'",
             hint="leave 'point' out, or give a 'force'",
         )
+    torque = unpacked(torque)
     if isinstance(torque, str) or not isinstance(torque, Sequence):
         torque = (torque,)
     vector = _expressions(model, torque, table, "torque", (1, 3))
@@ -319,7 +320,7 @@ def make_drawing(model: Declared, name: str, what: dict[str, Any]) -> Drawing:
         message = f"a drawing is one of {', '.join(DRAWINGS)}; {len(what)} are given"
         raise sources.error(table, "", message, hint='for example spring = ["hook", "hub"]')
     ((kind, given),) = what.items()
-    count = DRAWINGS[kind]
+    count, given = DRAWINGS[kind], unpacked(given)
     if count > 1 and (isinstance(given, str) or not isinstance(given, Sequence) or len(given) != count):
         hint = 'a place is a point\'s name, or a list of two or three components such as ["x", "0"]'
         what = "a place and a force" if kind == "force" else f'{count} places, such as ["hook", "hub"]'

@@ -16,6 +16,7 @@ from .declared import Declared
 from .description import Shape, Solid
 from .evaluate import X, Z, perpendicular
 from .evaluate import cross_product as cross
+from .given import unpacked
 from .joints import direction
 from .orientation import Expressions, Matrix, roll_pitch_yaw, rotation
 
@@ -191,7 +192,7 @@ def _solid(
 
 def given_sizes(model: Declared, table: str, key: str, kind: str, sizes: Any) -> Expressions:
     """The sizes of a shape, as many as its kind has."""
-    form = FORMS[kind]
+    form, sizes = FORMS[kind], unpacked(sizes)
     if isinstance(sizes, str) or not isinstance(sizes, Sequence) or len(sizes) != form.count:
         message = f"the sizes of a {kind} are {form.takes}"
         raise model._sources.error(table, key, message, hint="give as many numbers above zero")

@@ -24,7 +24,7 @@ from ..header import dependence, header
 from ..input_rates import inputs_held
 from ..jumps import has_jumps
 from ..load import Loader
-from ..marks import Mark, mark_function, mark_records, marks
+from ..marks import Mark, height_function, mark_function, mark_records, marks
 from ..pipeline import functions
 from ..program import ENERGY, POWER, RATIO, Function, Part, Program, Sizes
 from ..savings import savings
@@ -62,7 +62,8 @@ def watchers(
     for name, expression in d.definitions:
         if name in needed:
             loader.define(name, expression)
-    return g, [*_functions(d, loader), *mark_function(loader, marks), *start_function(loader, d)]
+    drawn = (*mark_function(loader, marks), *height_function(loader, marks))
+    return g, [*_functions(d, loader), *drawn, *start_function(loader, d)]
 
 
 def _functions(d: Description, loader: Loader) -> Iterator[Function]:
@@ -85,6 +86,7 @@ def _functions(d: Description, loader: Loader) -> Iterator[Function]:
 def _needed(d: Description, marks: list[Mark]) -> set[str]:
     """All names that the watchers' expressions mention, through definitions too."""
     roots = [*(expression for _, expression in d.outputs), *(x for mark in marks for x in mark.values)]
+    roots += [mark.height for mark in marks if mark.height is not None]
     roots += formulas(d)
     for event in d.events:
         roots += [event.when, *(r.value for r in event.resets)]
