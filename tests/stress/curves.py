@@ -33,7 +33,9 @@ def table(r: np.random.Generator) -> tuple[list[float], list[float], str, str, C
     from scipy.interpolate import CubicSpline, PchipInterpolator
 
     n = int(r.integers(1, 5))
-    knots = np.concatenate([-np.cumsum(r.uniform(0.05, 0.3, n))[::-1], [0.0], np.cumsum(r.uniform(0.05, 0.3, n))])
+    knots = np.concatenate(
+        [-np.cumsum(r.uniform(0.05, 0.3, n))[::-1], [0.0], np.cumsum(r.uniform(0.05, 0.3, n))]
+    )
     sizes = np.cumsum(10.0 ** r.uniform(-1, 2, (2, n)), axis=1) * 0.2
     values = np.concatenate([-sizes[0][::-1], [0.0], sizes[1]])
     kind, outside = str(r.choice(["linear", "pchip", "cubic"])), str(r.choice(["extend", "hold"]))
@@ -92,7 +94,9 @@ def draw(r: np.random.Generator, way: str) -> Motion:
         part.potential("2*x^2")
         part.table("own", columns=[knots, values], kind=kind, outside=outside)
         damping = part.parameter("c", 0.0)
-        part.spring("band", points=[(x, 0), (-2.0, 0)], curve="own", length=2.0, damping=damping, acts=acts[0])
+        part.spring(
+            "band", points=[(x, 0), (-2.0, 0)], curve="own", length=2.0, damping=damping, acts=acts[0]
+        )
         acts = [acts[0]] * n
         for k in range(n):
             m.use(f"u{k}", "cart", c=c[k], offset=(0, k))
@@ -117,7 +121,9 @@ def draw(r: np.random.Generator, way: str) -> Motion:
                 options["inputs"] = {"u": Table(*signal, kind="linear")}
                 m.force(name, "3*u")
                 anchor = "-2.0 + sin(2*t)/10"
-            m.spring(f"band{k}", points=[(x, 0), (anchor, 0)], curve="law", length=2.0, damping=c[k], acts=acts[k])
+            m.spring(
+                f"band{k}", points=[(x, 0), (anchor, 0)], curve="law", length=2.0, damping=c[k], acts=acts[k]
+            )
         m.potential(f"2*{name}^2")
     if way == "coupled":
         m.spring("between", points=[("x0", 0), ("x1 + 3", 0)], curve="law", length=3.0, damping=0.2)

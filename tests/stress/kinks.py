@@ -75,7 +75,13 @@ def term(r: np.random.Generator, names: tuple[str, ...], with_input: bool) -> st
         return repr(round(float(10.0 ** r.uniform(-1.0, 1.3)), 3))
 
     def along() -> str:
-        places = [*names, *names, f"sin(2*{names[0]})", f"({names[0]} + 0.3*t)", f"({names[-1]} - 0.5*sin(3*t))"]
+        places = [
+            *names,
+            *names,
+            f"sin(2*{names[0]})",
+            f"({names[0]} + 0.3*t)",
+            f"({names[-1]} - 0.5*sin(3*t))",
+        ]
         if len(names) == 2:
             places += ["(x + y)", "(x - y)", "sqrt(x^2 + y^2 + 0.05)", "x*y", "x^2"]
         if with_input:
@@ -138,7 +144,11 @@ def draw(r: np.random.Generator, *, events: bool, inputs: bool) -> Motion:
         m.force(names[k], text)
         found.append((k, compiled(text, names)))
     if r.random() < 0.4:
-        acts, stiff, c = str(r.choice(["pull", "push"])), float(10.0 ** r.uniform(0, 3)), float(r.choice([0.0, 0.5, 5.0]))
+        acts, stiff, c = (
+            str(r.choice(["pull", "push"])),
+            float(10.0 ** r.uniform(0, 3)),
+            float(r.choice([0.0, 0.5, 5.0])),
+        )
         length = float(r.uniform(1.0, 3.0))
         m.spring("band", points=[(-2.0, 0), ("x", 0)], stiffness=stiff, length=length, damping=c, acts=acts)
 
@@ -154,7 +164,10 @@ def draw(r: np.random.Generator, *, events: bool, inputs: bool) -> Motion:
     resets = []
     if events:
         for k in range(int(r.integers(1, 3))):
-            at, keep = round(float(r.uniform(0.1, 0.9)) * (1 if k else -1), int(r.integers(1, 3))), float(r.uniform(0.3, 1))
+            at, keep = (
+                round(float(r.uniform(0.1, 0.9)) * (1 if k else -1), int(r.integers(1, 3))),
+                float(r.uniform(0.3, 1)),
+            )
             way = 1.0 if k else -1.0
             m.event(
                 f"wall{k}", f"x - ({at!r})", direction="rising" if k else "falling",
