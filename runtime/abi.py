@@ -69,9 +69,14 @@ def required_functions(header: Mapping[str, Any]) -> Iterator[str]:
         yield "kinematics"
     if header.get("solve"):
         yield "solve"
-    for key, name in (("bodies", "poses"), ("outputs", "outputs"), ("events", "events"), ("marks", "marks")):
-        if header.get(key):
-            yield name
+    of_records = {
+        "bodies": "poses",
+        "outputs": "outputs",
+        "events": "events",
+        "marks": "marks",
+        "windings": "windings",
+    }
+    yield from (name for key, name in of_records.items() if header.get(key))
     if n_surfaces(header):
         yield "heights"
     if any(body["sizes"] for body in header["bodies"]):
@@ -176,6 +181,7 @@ def array_sizes(header: Mapping[str, Any], function: str) -> tuple[int, int] | N
         "time_terms": (state, header.get("time_terms", 0)),
         "marks": (state, sum(mark["numbers"] for mark in header.get("marks", ()))),
         "heights": (2, n_surfaces(header)),
+        "windings": (state, sum(len(winding["bounds"]) for winding in header.get("windings", ()))),
         "switches": (state, sum(N_WATCHED[switch["kind"]] for switch in header.get("switches", ()))),
     }
     if function in sizes:

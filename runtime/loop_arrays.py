@@ -96,9 +96,9 @@ class LoopArrays:
         log_length: int = 4096,
     ):
         method = suited_to_size(method, system)
-        self.coefficients = method.coefficients(system)
         # Fixed steps run over jumps of forces, as they do over everything.
         self.jumps = system.jumps if with_events and method.adaptive else []
+        self._take_coefficients(system, method)
         with_events = with_events and (method.adaptive or len(system.jumps) < len(system.events))
         self.n_events = len(system.events) if with_events else 0
         self._with_energy = bool(np.isfinite(energy_level))
@@ -192,6 +192,7 @@ class LoopArrays:
             Log steps behind those of the last call.
         """
         self.set_limits(stop, max_steps, watch, keep_log=keep_log)
+        self._look_for_choices()
         if self._bound is None:
             self._bound = self.block()
         return self._bound()
@@ -297,7 +298,7 @@ class LoopArrays:
     def change_method(self, system: System, method: Method) -> None:
         """Go on from the current state with another method, which chooses its own steps."""
         method = suited_to_size(method, system)
-        self.coefficients = method.coefficients(system)
+        self._take_coefficients(system, method)
         self._take_kernels(system, method)
         self._bound, self.generation = None, self.generation + 1
         self.work = np.zeros(method.work_size(self.coefficients, self.sizes))
@@ -340,6 +341,20 @@ class LoopArrays:
         self.event_block(at.BRANCH)[:] = 0.0
         self.event_block(at.BRANCH)[self.jumps] = np.arange(self.branches.start, self.branches.stop)
         self.precomputed[self.branches] = np.sign(self.event_block(at.SIDE)[self.jumps])
+
+    def _take_coefficients(self, system: System, method: Method) -> None:
+        self.coefficients = self._with_branches = method.coefficients(system)
+        over = method.over_choices if self.jumps else None
+        self._over_choices = None if over is None else over(self.coefficients)
+
+    def _look_for_choices(self) -> None:
+        """Let steps look for choices while a branch is on neither side, as that of a force that is nothing so far."""
+        if self._over_choices is None:
+            return
+        held = self.precomputed[self.branches].all()
+        wanted = self._with_branches if held else self._over_choices
+        if wanted is not self.coefficients:
+            self.coefficients, self._bound = wanted, None
 
     def with_branches(self, branches: np.ndarray) -> np.ndarray:
         """Return `p` with other branches of forces that jump."""

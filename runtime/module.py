@@ -120,7 +120,7 @@ def check_header(header: Any) -> None:
     _check_robot(header)
     _check_start(header)
     _check_marks(header)
-    _check_bushings(header)
+    _check_windings(header)
     _check_sizes(header)
     _check_subsystems(header)
     _check_switches(header)
@@ -201,21 +201,16 @@ def _check_marks(header: dict[str, Any]) -> None:
             raise HeaderFault(f"{place}['signs'] is {signs!r:.60}, expected 1 or -1 for each constraint")
 
 
-def _check_bushings(header: dict[str, Any]) -> None:
-    """Which bushings turn: two bodies that are there, or -1, and three axes in each."""
-    for index, record in enumerate(_get(header, "bushings", list, "") if "bushings" in header else ()):
-        place = f"bushings[{index}]"
+def _check_windings(header: dict[str, Any]) -> None:
+    """What is wound up: a bushing or a spring, and where the angles that the function `windings` writes of it end."""
+    for index, record in enumerate(_get(header, "windings", list, "") if "windings" in header else ()):
+        place = f"windings[{index}]"
         _get(record, "name", str, place)
-        bodies, axes = _get(record, "bodies", list, place), _get(record, "axes", list, place)
-        if len(bodies) != 2 or any(type(k) is not int or not -1 <= k < len(header["bodies"]) for k in bodies):
-            raise HeaderFault(f"{place}['bodies'] is {bodies!r:.60}, expected the numbers of two bodies")
-        numbers = [x for own in axes if type(own) is list and len(own) == 9 for x in own]
-        if (
-            len(axes) != 2
-            or len(numbers) != 18
-            or any(type(x) is not float or not abs(x) < 2 for x in numbers)
-        ):
-            raise HeaderFault(f"{place}['axes'] is {axes!r:.60}, expected nine numbers for each body")
+        if _get(record, "kind", str, place) not in ("bushing", "spring"):
+            raise HeaderFault(f"{place}['kind'] is {record['kind']!r:.60}, expected 'bushing' or 'spring'")
+        bounds = _get(record, "bounds", list, place)
+        if not bounds or any(type(x) is not float or not 0.0 < x < 4.0 for x in bounds):
+            raise HeaderFault(f"{place}['bounds'] is {bounds!r:.60}, expected angles")
 
 
 def _get(table: Any, key: str, kind: type, place: str) -> Any:

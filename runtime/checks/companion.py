@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -138,6 +138,8 @@ class Followed:
         Whether an event ended it.
     jumped : float [s]
         When rates jumped last.
+    work : ndarray, shape (n,) [J]
+        Done on the system up to these times, by resets too.
     """
 
     states: np.ndarray
@@ -145,6 +147,7 @@ class Followed:
     t: float
     ended: bool
     jumped: float = -math.inf
+    work: np.ndarray = field(default_factory=lambda: np.zeros(1))
 
 
 def follow(
@@ -182,7 +185,9 @@ def follow(
     if run.status == "interrupted":
         raise KeyboardInterrupt
     arrays = run.arrays
-    states = arrays.frames[: arrays.counters[at.NEXT_FRAME], : len(state)].copy()
+    frames = arrays.frames[: arrays.counters[at.NEXT_FRAME]]
+    states = frames[:, : len(state)].copy()
+    work = frames[:, len(state) :].sum(axis=1) + run.reset_energy_at_frames[: len(frames)]
     give_back(arrays)
     return Followed(
         states,
@@ -190,6 +195,7 @@ def follow(
         arrays.t,
         run.status == "terminated",
         last_jump(run.actions.log),
+        work,
     )
 
 

@@ -30,6 +30,7 @@ from symgen.runtime.checks.growth import (
     slope,
 )
 from symgen.runtime.checks.sharpness import may_be_sharp
+from symgen.runtime.checks.undersampled import seen_between
 from symgen.runtime.checks.work import operations_of_run, operations_per_step
 from symgen.runtime.integrate.methods import find_method
 from symgen.runtime.lazy import Late
@@ -262,7 +263,8 @@ class _Comparison:
         self._states = solution.states if whole else solution.states[rows]
         self.own = method_of(solution)
         self._least = _OF_ATOL * solution.atol if self.own.adaptive else _LEAST
-        extent = Extent(self._states)
+        self._between = seen_between(solution, self.own)
+        extent = self._extent(self._states)
         self._rest = _unresolved_rates(self.system, extent, self._t)
         self._apart = _apart(solution, extent, self._t, self._states)
         self._size = np.maximum(extent.sizes(self.system, self._apart), np.maximum(self._least, self._rest))
@@ -417,9 +419,12 @@ class _Comparison:
             first += last
         return found
 
+    def _extent(self, states: np.ndarray) -> Extent:
+        return Extent(np.vstack([states, self._between]) if len(self._between) else states)
+
     def _sizes_seen(self, states: np.ndarray, companion: Companion) -> np.ndarray:
         """What errors are measured by: where a companion sees more than its own tolerances, that is motion."""
-        extent, system = Extent(states), self._solution.system
+        extent, system = self._extent(states), self._solution.system
         least = np.full(states.shape[1], self._least)
         # Where lengths balance, an angle about zero has their round-off, not its own.
         largest = np.where(

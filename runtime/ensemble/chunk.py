@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from symgen.runtime.ensemble import wound
 from symgen.runtime.ensemble.packing import pack
 from symgen.runtime.ensemble.reduction import Reduction
 from symgen.runtime.ensemble.sampling import named_beside
@@ -44,7 +45,11 @@ def part_size(plan: Plan) -> int:
     n = plan.members.n
     if plan.settings is None:
         return max(1, min(_ONE_BY_ONE, n // _PARTS_AT_LEAST))
-    numbers = max(len(plan.frame_times), 1) * plan.system.ny + plan.system.n_precomputed + plan.system.n_row
+    numbers = (
+        max(len(wound.watched_times(plan)), 1) * plan.system.ny
+        + plan.system.n_precomputed
+        + plan.system.n_row
+    )
     if plan.options.device != "cpu":
         even = -(-n // _DEVICE_PARTS_AT_LEAST)
         return max(_SMALLEST_PART, min(_DEVICE_PART, even, _DEVICE_PART_NUMBERS // max(numbers, 1)))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen.runtime.ensemble import member
+from symgen.runtime.ensemble import member, wound
 from symgen.runtime.ensemble.batch import RESULTS, BatchResult, LaneBatch
 from symgen.runtime.ensemble.evaluate import evaluate_members
 from symgen.runtime.ensemble.single import UNSUITED, give_up, run_single, runs_alone
@@ -38,7 +38,7 @@ preparing = Late("symgen.runtime.prepared.prepared")
 ENERGY = "energy"
 _FUNCTIONS = {"outputs": "outputs", "accelerations": "rhs", "multipliers": "rhs", ENERGY: "energy"}
 _LOOKED_AT_AGAIN = 8
-_JUDGED = ("energy", "finite", "constraint position", "stops")
+_JUDGED = ("energy", "finite", "constraint position", "stops", "windings")
 _own = threading.local()
 _running: weakref.WeakSet[LaneBatch | SwitchedBatch | DeviceBatch] = weakref.WeakSet()
 
@@ -107,12 +107,15 @@ def run_members(plan: Plan, first: int, last: int) -> tuple[np.ndarray, np.ndarr
         failures = {**massless, **failures}
         starts[list(massless)] = np.nan
     result = _run_in_lanes(plan, first, parameters, starts)
-    states = result.frames if len(plan.frame_times) else result.end[:, None]
     verdicts = verdicts_of(plan, result.columns)
+    suspected = wound.suspected(plan, first, parameters, result.frames)
+    states = wound.frames_of(plan, result.frames) if len(plan.frame_times) else result.end[:, None]
     messages = {first + k: message for k, message in failures.items()}
     for k in failures:
         verdicts.status[k], verdicts.ok[k] = NO_START, False
     _look_again(plan, first, verdicts)
+    for k in suspected:
+        verdicts.ok[k] = bool(verdicts.ok[k]) and not wound.jumps(plan, first + int(k))
     for_single_runs = runs_alone(plan)
     if for_single_runs:
         for k in np.flatnonzero(np.isin(verdicts.status, for_single_runs)):
@@ -164,7 +167,7 @@ def _batch(plan: Plan) -> LaneBatch | SwitchedBatch | DeviceBatch:
     if getattr(_own, "plan", None) is not plan:
         on_device = plan.options.device != "cpu"
         make = device.make_batch if on_device else make_batch
-        _own.plan, _own.batch = plan, make(plan.system, plan.settings)
+        _own.plan, _own.batch = plan, make(plan.system, wound.with_watched(plan))
         _running.add(_own.batch)
     return _own.batch
 

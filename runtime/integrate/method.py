@@ -87,6 +87,9 @@ class Method:
         and what keeps its code alive.
     tail : callable, optional
         System -> what the loop carries behind the precomputed `p`.
+    over_choices : callable, optional
+        Coefficients -> those with which it looks for choices of the state that no branch in `p` holds: of a method that
+        else makes each choice at the start of a step.
     sparse : Method, optional
         The same method with sparse matrices, for large models.
     """
@@ -119,6 +122,7 @@ class Method:
     refusal: Callable[[System], str] = lambda system: ""
     versions: Callable[[System], dict[int, tuple[int, Any]]] | None = None
     tail: Callable[[System], np.ndarray] | None = None
+    over_choices: Callable[[Any], Any] | None = None
     sparse: Method | None = None
 
     def advance(self) -> Callable:

@@ -158,6 +158,8 @@ class PreparedRun:
         self.why_python = objection_to_machine(system, options, has_timetable, bool(self._moving))
         if self.checks == "end" and system.switches:
             self.why_python = "what stops and frictions do is checked by the health report"
+        elif self.checks == "end" and system.has("windings"):
+            self.why_python = "how far bushings and springs are wound up is checked by the health report"
         if self.output == "solution":
             self.why_python = "whole solutions are asked for"
         elif self.checks == "full":

@@ -319,7 +319,7 @@ class _Cut:
             **({"constraints_of_states": moved} if moved else {}),
             "dependent": [i for i, k in enumerate(first["c"]) if k in self.whole.dependent],
             "parameters": parameters, "inputs": inputs,
-            "outputs": [], "events": [], "bodies": [], "marks": [], "subsystems": [],
+            "outputs": [], "events": [], "bodies": [], "marks": [], "windings": [], "subsystems": [],
             "structure": flags,
             "operations": {name: form.operations() for name, form in forms.items()},
             "hoisted": {name: count for name, count in hoisted.items() if count},

@@ -140,7 +140,7 @@ def _part(start: int, width: int, n_y: int) -> tuple[list[str], str]:
 MAX_ORDER = 28
 N_ROWS = MAX_ORDER + 2  # a row of zeros behind the last order
 _UNROLLED_BELOW = 5  # products of series
-_PLACES = 4  # in which steps look for choices that are not held; the last one is the end
+PLACES = 4  # in which steps look for choices that are not held; the last one is the end
 _KEPT_REFUSALS = 1000
 _TEXTS = (
     "rhs", "residual", "mass_matrix", "constraint_jacobian", "constraint_residual", "solve", "poses", "switches",
@@ -254,7 +254,7 @@ def _lower(system: System, symbol: str, lanes: int) -> tuple[str, int]:
         return loops.rolled_kernel(plan, symbol, system.ny, MAX_ORDER, N_ROWS, lanes, _registers())
     kernel = loops.unrolled_kernel if len(plan.convolutions) < _UNROLLED_BELOW else loops.rolled_kernel
     text, operations = kernel(plan, symbol, system.ny, MAX_ORDER, N_ROWS)
-    places = _PLACES if plan.motion.graph.has_unheld else 0
+    places = PLACES if plan.motion.graph.has_unheld else 0
     return f"{text}\n@{symbol}.places = constant i64 {places}\n", operations
 
 

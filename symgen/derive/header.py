@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from ..model.description import Body, Constraint, Description, Event, Input, Parameter, Rate
-from ..model.evaluate import evaluate
-from ..model.orientation import Expressions, rotation
 from ..model.sensors import has_sensed_outputs
 from ..version import __version__
 from .starts import has_formulas
 from .structure import FLAGS, Movement, structure
 from .variables import Variables, with_rates
+from .windings import winding_records
 
 if TYPE_CHECKING:
     from .derivation import Derivation
 
 ABI = 1
-
-
-_AXES = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
 
 
 def header(d: Description, derivation: Derivation, source: str, operations: dict[str, int]) -> dict[str, Any]:
@@ -65,33 +61,8 @@ def own_records(d: Description) -> dict[str, Any]:
         "outputs": [{"name": name, "unit": d.units_of_outputs.get(name, "")} for name, _ in d.outputs],
         "events": [_event(e) for e in d.events],
         "bodies": [_body(b, movement) for b in d.bodies],
-        **_turning(d),
+        **winding_records(d),
     }
-
-
-def _turning(d: Description) -> dict[str, list[dict[str, Any]]]:
-    """Which bushings turn against stiffness, and the axes of their frames in the two bodies, row by row.
-
-    Those whose frames turn with parameters are left out: what they are in a run is not known here.
-    """
-    frames, places = {f.name: f for f in d.frames}, {b.name: k for k, b in enumerate(d.bodies)}
-    constants = {c.name: c.value for c in d.constants}
-    found = []
-    for bushing in d.bushings:
-        about = bushing.stiffness[2:3] if len(bushing.stiffness) == 3 else bushing.stiffness[3:]
-        turned = [_axes(frames[name].rpy, constants) if name in frames else _AXES for name in bushing.frames]
-        if all(x.is_zero for x in about) or None in turned:
-            continue
-        bodies = [frames[name].body if name in frames else name for name in bushing.frames]
-        found.append(
-            {"name": bushing.name, "bodies": [places.get(body, -1) for body in bodies], "axes": turned}
-        )
-    return {"bushings": found} if found else {}
-
-
-def _axes(rpy: Expressions, constants: Mapping[str, float]) -> list[float] | None:
-    entries = [evaluate(x, constants) for row in rotation(rpy) for x in row]
-    return None if None in entries else entries
 
 
 def robot_header(

@@ -29,6 +29,7 @@ from .structure import structure
 from .time_terms import own_terms, term_count, time_function
 from .trees.derivatives import add_tree_derivatives
 from .variables import with_rates
+from .windings import winding_function
 
 LARGEST_TREE_TRIED_ALL_WAYS = 8
 # Numbers in a state; beyond, the derivatives of the virtual power are always cheapest.
@@ -313,6 +314,7 @@ def _observers(d: Derivation) -> Iterator[Function]:
     looks = load if sensed is None else sensed.event
     if d.description.events:
         yield Function("events", "Event functions.", tuple(looks(e.when) for e in d.description.events))
+    yield from winding_function(load, d.description)
     coordinate = {c.name: k for k, c in enumerate(d.description.coordinates)}
     rate = {r.name: len(d.x.q) + k for k, r in enumerate(d.description.rates)}
     for event in d.description.events:

@@ -612,6 +612,18 @@ class Drawing:
 
 
 @dataclass(frozen=True)
+class Winding:
+    """Angles that a bushing or a spring pushes back over and that jump where it is wound up too far.
+
+    `kind` is "bushing" or "spring"; the angles of a bushing in space are those about x, y and z.
+    """
+
+    name: str
+    kind: str
+    angles: tuple[Expr, ...]
+
+
+@dataclass(frozen=True)
 class Port:
     """What an assembly is given by the model that uses it: `kind` is one of `assemblies.PORT_KINDS`."""
 
@@ -713,6 +725,7 @@ class Description:
     uses: tuple[Use, ...] = ()
     start: StartConditions | None = None
     balanced: tuple[str, ...] = ()
+    windings: tuple[Winding, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.rates:

@@ -9,7 +9,7 @@ from typing import Any
 from ..errors import ModelError, nearest
 from . import algebra
 from .declared import Declared
-from .description import Axis, Bushing, Description, Drawing, Load, Point, Spring
+from .description import Axis, Bushing, Description, Drawing, Load, Point, Spring, Winding
 from .functions import INTEGRAL, VALUE, dot, less, maximum, minimum, tabulated, where
 from .names import reference_fault
 from .orientation import rotation
@@ -227,6 +227,7 @@ class Writer:
         default_factory=lambda: {"kinetic": [], "potential": [], "dissipation": []}
     )
     drawings: list[Drawing] = field(default_factory=list)
+    windings: list[Winding] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         d = self.description
@@ -333,9 +334,12 @@ class Writer:
         along = [scalar_product(apart, axis) for axis in first]
         if len(b.stiffness) == 3:
             x, y = scalar_product(first[0], second[0]), scalar_product(first[1], second[0])
-            measured = [*along[:2], algebra.atan2(y, x, evaluate=False)]
+            along, turned = along[:2], [algebra.atan2(y, x, evaluate=False)]
         else:
-            measured = [*along, *cardan(first, second)]
+            turned = cardan(first, second)
+        measured = [*along, *turned]
+        if not all(x.is_zero for x in b.stiffness[len(along) :]):
+            self.windings.append(Winding(b.name, "bushing", tuple(turned)))
         for factors, key in ((b.stiffness, "potential"), (b.damping, "dissipation")):
             for factor, x in zip(factors, measured):
                 value = x if key == "potential" else dot(x)

@@ -26,6 +26,7 @@ from .solids import picture, together
 from .sources import Sources
 from .surfaces import Definitions
 from .unevaluated import difference, negated, product, squared, total
+from .windings import windings_of_springs
 
 
 def expand(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Description:
@@ -170,6 +171,7 @@ def _with_elements(
         points=(*d.points, *writer.points),
         axes=(*d.axes, *writer.axes),
         drawings=(*d.drawings, *writer.drawings),
+        windings=(*writer.windings, *windings_of_springs(d)),
         **{key: _added(getattr(d, key), terms) for key, terms in writer.terms.items()},
     )
     return full, closed.parts

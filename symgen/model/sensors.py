@@ -344,7 +344,7 @@ class _Sensors:
     def _power_of_bushing(self, b) -> algebra.Expr:
         self.writer.bushing(b)
         stored, lost = ([*self.writer.terms[key]] for key in ("potential", "dissipation"))
-        for terms in (*self.writer.terms.values(), self.writer.drawings):
+        for terms in (*self.writer.terms.values(), self.writer.drawings, self.writer.windings):
             terms.clear()
         return negated(total([*(dot(x) for x in stored), *lost, *lost]))
 

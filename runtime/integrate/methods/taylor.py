@@ -25,6 +25,10 @@ def taylor(order: int = 0) -> Method:
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
         return int(resolve("symgen.runtime.integrate.taylor:taylor_work_size")(coefficients.n_rows, sizes))
 
+    def over_choices(coefficients: Any) -> Any:
+        places = resolve("symgen.runtime.taylor.kernel:PLACES")
+        return coefficients._replace(n_places=places)
+
     def refusal(system: System) -> str:
         return resolve("symgen.runtime.taylor.kernel:taylor_refusal")(system)
 
@@ -33,7 +37,7 @@ def taylor(order: int = 0) -> Method:
         family="symgen.runtime.integrate.taylor:advance_taylor",
         coefficients=coefficients, work_size=work_size, evaluations=20.0,
         purpose="smooth motion, above all at tight tolerances; what `auto` takes where it can",
-        series=True, orders=(8, 28), scales_energy=True, refusal=refusal,
+        series=True, orders=(8, 28), scales_energy=True, refusal=refusal, over_choices=over_choices,
     )  # fmt: skip
 
 

@@ -259,6 +259,7 @@ class _Names:
             self.owner[name] = tuple(self.owners([expression]))
         watching = [expression for _, expression in d.outputs]
         watching += [x for drawing in d.drawings for vector in drawing.vectors for x in vector]
+        watching += [x for winding in d.windings for x in winding.angles]
         for event in d.events:
             watching += [event.when, *(r.value for r in event.resets)]
         self.watched: dict[str, list[str]] = defaultdict(list)  # by body: points and axes that are looked at
@@ -357,6 +358,7 @@ class _Part:
             axes=tuple(self.axes),
             loops=(),
             drawings=(),
+            windings=(),
             gravity=d.gravity if self.tables["bodies"] else None,
             outputs=(),
             events=(),

@@ -31,6 +31,7 @@ from ..savings import savings
 from ..starts import formulas, start_function
 from ..structure import structure
 from ..time_terms import own_terms, term_count, time_function
+from ..windings import winding_function
 from .components import Component, split
 
 _VECTORS = {Q: "q", V: "v", A: "v", LAM: "c", PARAM: "parameters", INPUT: "inputs"}
@@ -41,7 +42,7 @@ def watchers(
 ) -> tuple[Graph, list[Function]]:
     """The functions that look at a scene, on a graph of their own."""
     g = Graph()
-    if not (d.outputs or d.events or marks):
+    if not (d.outputs or d.events or d.windings or marks):
         return g, []
     needed = _needed(d, marks)
     symbols = {"t": g.var(T)}
@@ -72,6 +73,7 @@ def _functions(d: Description, loader: Loader) -> Iterator[Function]:
         yield Function("outputs", "Outputs.", tuple(load(e) for _, e in d.outputs))
     if d.events:
         yield Function("events", "Event functions.", tuple(load(e.when) for e in d.events))
+    yield from winding_function(load, d)
     q = {c.name: k for k, c in enumerate(d.coordinates)}
     v = {r.name: len(q) + k for k, r in enumerate(d.rates)}
     for event in d.events:
@@ -88,6 +90,7 @@ def _needed(d: Description, marks: list[Mark]) -> set[str]:
     roots = [*(expression for _, expression in d.outputs), *(x for mark in marks for x in mark.values)]
     roots += [mark.height for mark in marks if mark.height is not None]
     roots += formulas(d)
+    roots += (x for winding in d.windings for x in winding.angles)
     for event in d.events:
         roots += [event.when, *(r.value for r in event.resets)]
     found = _names(roots)
