@@ -14,10 +14,12 @@ from symgen.runtime.errors import RuntimeModelError, nearest
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.large_models import has_sparse_form, suited_to_size
 from symgen.runtime.integrate.methods import METHODS, Method, find_method
+from symgen.runtime.kept_arrays import borrow, give_back
 from symgen.runtime.lazy import Late
 from symgen.runtime.loop_arrays import LoopArrays
 from symgen.runtime.options import RunOptions, time_resolution
 from symgen.runtime.positions import Positions
+from symgen.runtime.record import record
 from symgen.runtime.size import is_large
 
 if TYPE_CHECKING:
@@ -46,7 +48,10 @@ STIFFNESS_RATIO = 100.0
 _MIN_DECAYS_OF_VIBRATION = 100.0  # a vibration that dies out is not worth following, one that lasts is
 EXPLICIT_BELOW = 3e-11  # at tighter tolerances the high order wins even on stiff models
 _ORDER_9_BELOW = 3e-5  # rtol from which on the longer steps of radau9 repay their larger Newton systems
-_FIRST_LOOK, _SCOUT_STEPS = 100, 400
+_FIRST_STAGE, _LATER_STAGES = 20, (80, 300)  # explicit steps that are looked at
+_SCOUT_STEPS = 400
+_MARGIN = 0.25  # of what may be stiff: a motion below that after the first stage is not looked at further
+_SETTLED = 4.0  # times the mean step of the first stage: a longer last one is still growing
 _STEPS_TO_GROW, _COMPARED_STEPS = 20, 20
 # A choice is made as for a long run, of so many radians of the fastest motion: a run does not depend on where it ends.
 _AHEAD = 1e7
@@ -99,10 +104,7 @@ def choose_method(
     if system.switches:
         begins = at_start.form_at_start(system, METHODS[EXPLICIT], p, t, state, rtol, atol)
     form, held, first = begins
-    scales = time_scales(form, held, t, first[: system.nq], first[system.nq :])
-    reason = stiff_at_start(scales, rtol)
-    if not reason and rtol >= EXPLICIT_BELOW and scales.fastest > 0.0:
-        reason = scout(form, held, t, first, t + _AHEAD / scales.fastest, rtol, atol)
+    reason = why_stiff(form, held, t, first, rtol, atol)
     if reason:
         stiff = stiff_method(rtol)
         return METHODS[stiff], [f"method auto: {stiff}, because {reason}"]
@@ -126,11 +128,11 @@ def objection_to_series(system: System, p: np.ndarray, t: float, state: np.ndarr
     guess = step_costs.time_ratio(system, rtol)
     if guess > _CLEAR:
         return _DEARER.format(operations)
-    if reason := misfit_of_series(system, p, t, state, rtol):
+    if reason := _misfit(system, p, t, state):
         return reason
     if guess > 1.0 / _CLEAR and step_costs.time_ratio(system, rtol, _costs_of_series(system)) > 1.0:
         return _DEARER.format(operations)
-    return ""
+    return _left_out(system, p, t, state)  # last, as it takes longest to say
 
 
 def _costs_of_series(system: System) -> step_costs.Costs:
@@ -139,8 +141,13 @@ def _costs_of_series(system: System) -> step_costs.Costs:
 
 def misfit_of_series(system: System, p: np.ndarray, t: float, state: np.ndarray, rtol: float) -> str:
     """Return why Taylor series cannot be had, or not in time, whatever their steps cost; else an empty string."""
-    if reason := _too_large_for_series(system, rtol) or _left_out(system, p, t, state):
-        return reason
+    return (
+        _too_large_for_series(system, rtol) or _misfit(system, p, t, state) or _left_out(system, p, t, state)
+    )
+
+
+def _misfit(system: System, p: np.ndarray, t: float, state: np.ndarray) -> str:
+    """Return why Taylor series cannot be had, whatever their size, as far as that is said in short time."""
     if system.m and not system.kernel("rhs")(t, state, p)[-1] >= _INDEPENDENT:
         return "constraints depend on each other at the start"
     if system.m and _is_ill_conditioned(system, p, t, state):
@@ -181,9 +188,34 @@ def _is_ill_conditioned(system: System, p: np.ndarray, t: float, state: np.ndarr
     return kkt.is_ill_conditioned(system, p, t, state[: system.nq])
 
 
-def stiff_at_start(scales: TimeScales, rtol: float) -> str:
+def why_stiff(system: System, p: np.ndarray, t: float, state: np.ndarray, rtol: float, atol: float) -> str:
+    """Return why the motion is stiff, by its start and by explicit steps; an empty string where it is not.
+
+    Those steps come in stages. Where the end of the first one shows nothing near stiffness, nor anything that dies out,
+    that is all: most models are like that, and choosing takes as long as a short run.
+    """
+    if rtol < EXPLICIT_BELOW:
+        return ""
+    scouting = _scouting(system, METHODS[EXPLICIT], p, t, state, rtol, atol)
+    try:
+        return _look_ahead(system, p, t, state, scouting)
+    finally:
+        give_back(scouting)
+
+
+def _scouting(
+    system: System, method: Method, p: np.ndarray, t: float, state: np.ndarray, rtol: float, atol: float
+) -> LoopArrays:
+    """Return arrays for steps that are looked at and forgotten."""
+    return borrow(
+        system, method, p, t, state, frame_times=np.zeros(0), rtol=rtol, atol=atol, with_events=False,
+        log_length=_SCOUT_STEPS,
+    )  # fmt: skip
+
+
+def _why_stiff_at_start(scales: TimeScales) -> str:
     """Return why a run is stiff, judged by its start; an empty string where it is not, or only decays are seen."""
-    if rtol < EXPLICIT_BELOW or not scales.decay > 0.0 or scales.motion < _VISIBLE * scales.decay:
+    if not scales.decay > 0.0 or scales.motion < _VISIBLE * scales.decay:
         return ""
     ratio = scales.decay / scales.motion
     if ratio < STIFFNESS_RATIO:
@@ -193,72 +225,128 @@ def stiff_at_start(scales: TimeScales, rtol: float) -> str:
     )
 
 
-def scout(
-    system: System, p: np.ndarray, t: float, state: np.ndarray, until: float, rtol: float, atol: float
+@record(eq=False)
+class _Look:
+    """What a state shows that explicit steps came to.
+
+    Attributes
+    ----------
+    h : float [s]
+        The last step.
+    slow : float [1/s]
+        How fast the state changes, or what is left of the time in question.
+    fastest, damping : float [1/s]
+        Of the linearised motion, see `TimeScales`.
+    decays : bool
+        Whether the fastest motion dies out in that time.
+    """
+
+    h: float
+    slow: float
+    fastest: float
+    damping: float
+    decays: bool
+
+    def is_calm(self) -> bool:
+        """Whether nothing fast is there that explicit steps would have to follow, or be held by."""
+        vibrates_fast = self.fastest >= max(STIFFNESS_RATIO * self.slow, FOLLOWED / self.h)
+        return not vibrates_fast and not (self.decays and self.damping * self.h >= LIMITS)
+
+
+def _look_at(scales: TimeScales, slow: float, rest: float, h: float) -> _Look:
+    # What falls off a hilltop has a decay that its growth hides.
+    hidden = 2.0 * scales.eigenvalues.real.max(initial=0.0)
+    least = max(_MIN_DECAYS_OF_VIBRATION / rest, _VISIBLE * scales.fastest, hidden)
+    return _Look(h, max(slow, 1.0 / rest), scales.fastest, scales.damping, scales.damping > least)
+
+
+def _is_far_from_stiff(system: System, p: np.ndarray, t: float, scouting: LoopArrays) -> bool:
+    """Whether the first steps from `t` on came to nothing near stiffness, and to nothing that dies out.
+
+    What rests may be held by stability alone, and what is still growing may be: later steps show that.
+    """
+    h, q, v = scouting.h_last, scouting.y[: system.nq], scouting.y[system.nq : system.nq + system.nv]
+    if h > _SETTLED * (scouting.t - t) / _FIRST_STAGE:
+        return False
+    scales = time_scales(system, p, scouting.t, q, v)
+    rest = _AHEAD / scales.fastest if scales.fastest > 0.0 else np.inf
+    look = _look_at(scales, float(change_rate(system, q, v)), rest, h)
+    return not look.decays and look.fastest < _MARGIN * STIFFNESS_RATIO * look.slow
+
+
+def _look_ahead(system: System, p: np.ndarray, t: float, state: np.ndarray, scouting: LoopArrays) -> str:
+    """Take explicit steps, in stages; returns why the motion is stiff, an empty string where it is not."""
+    nq, y = system.nq, scouting.y[: system.nq + system.nv]
+    scouting.advance(np.inf, _FIRST_STAGE)
+    went = scouting.h_last > 0.0 and bool(np.isfinite(y).all())  # else the run will say why
+    if went and _is_far_from_stiff(system, p, t, scouting):
+        return ""
+    start = time_scales(system, p, t, state[:nq], state[nq:])
+    if reason := _why_stiff_at_start(start):
+        return reason
+    if not went or not start.fastest > 0.0:
+        return ""
+    # The time up to which stiffness matters; the run may end before, or go on for longer.
+    until = t + _AHEAD / start.fastest
+    if scouting.t >= until:
+        return ""
+    changes = [float(change_rate(system, state[:nq], state[nq:]))]
+    for n_steps in _LATER_STAGES:
+        status = scouting.advance(until, n_steps, keep_log=True)
+        if status == at.REACHED_STOP or not np.isfinite(y).all():
+            return ""
+        scales = time_scales(system, p, scouting.t, y[:nq], y[nq:])
+        changes.append(float(change_rate(system, y[:nq], y[nq:])))
+        look = _look_at(scales, changes[-1], until - scouting.t, scouting.h_last)
+        if look.is_calm():
+            return ""
+    limited = scouting.counters[at.STIFF_COUNT] >= _STIFF_SIGNS
+    if not limited and changes[-1] < _COME_TO_REST * max(changes):
+        return ""
+    return _why_implicit(system, p, scouting, look, limited and look.decays, until)
+
+
+def _why_implicit(
+    system: System, p: np.ndarray, there: LoopArrays, look: _Look, limited: bool, until: float
 ) -> str:
-    """Take a few hundred explicit steps; returns why the motion is stiff, an empty string where it is not.
+    """Return why a method for stiff motion takes less time from a state on; an empty string where it does not.
+
+    A vibration that goes on has to be followed by any method, and high order follows it best; unless it is so weak that
+    nobody would miss it. One that has died out may limit explicit steps long before stability does, as derivatives of
+    what stiff springs carry are large. And what stability limits may be slower still to follow: the step of a method
+    for stiff motion shows all that.
 
     Parameters
     ----------
-    until : float [s]
-        The time up to which that matters; the run may end before, or go on for longer.
+    limited : bool
+        Whether stability limits explicit steps.
     """
-    arrays = LoopArrays(
-        system, METHODS[EXPLICIT], p, t, state, frame_times=np.zeros(0), rtol=rtol, atol=atol,
-        with_events=False, log_length=_SCOUT_STEPS,
-    )  # fmt: skip
-    changes = [float(change_rate(system, state[: system.nq], state[system.nq :]))]
-    for n_steps in (_FIRST_LOOK, _SCOUT_STEPS - _FIRST_LOOK):
-        status = arrays.advance(until, n_steps, keep_log=True)
-        if status == at.REACHED_STOP or not np.isfinite(arrays.y).all():
-            return ""
-        rest, h = until - arrays.t, arrays.h_last
-        if not h > 0.0:  # no step was taken: the run will say why
-            return ""
-        q, v = arrays.y[: system.nq], arrays.y[system.nq : system.nq + system.nv]
-        scales = time_scales(system, p, arrays.t, q, v)
-        changes.append(float(change_rate(system, q, v)))
-        slow = max(changes[-1], 1.0 / rest)
-        vibrates_fast = scales.fastest >= max(STIFFNESS_RATIO * slow, FOLLOWED / h)
-        # What falls off a hilltop has a decay that its growth hides.
-        hidden = 2.0 * scales.eigenvalues.real.max(initial=0.0)
-        decays = scales.damping > max(_MIN_DECAYS_OF_VIBRATION / rest, _VISIBLE * scales.fastest, hidden)
-        if not vibrates_fast and not (decays and scales.damping * h >= LIMITS):
-            return ""
-    limited = arrays.counters[at.STIFF_COUNT] >= _STIFF_SIGNS
-    if not limited and changes[-1] < _COME_TO_REST * max(changes):
-        return ""
-    # A vibration that goes on has to be followed by any method, and high order follows it best; unless it is so weak
-    # that nobody would miss it. One that has died out may limit explicit steps long before stability does, as
-    # derivatives of what stiff springs carry are large. And what stability limits may be slower still to follow: the
-    # step of a method for stiff motion shows all that.
+    h, rtol = look.h, float(there.control[at.RTOL])
     stiff = METHODS[stiff_method(rtol)]
-    says = f"stability limits the step of {EXPLICIT} to {h:.1e} s from t = {arrays.t:.3g} s on"
-    if limited and decays and scales.damping >= _HARD * slow:
+    says = f"stability limits the step of {EXPLICIT} to {h:.1e} s from t = {there.t:.3g} s on"
+    if limited and look.damping >= _HARD * look.slow:
         return says  # whatever steps are just there: it is stiffer than what changes in a motion by far
-    longer = _usual_step(system, stiff, p, arrays, until, rtol, atol)
-    if longer < (_WORTH_IMPLICIT if limited and decays else _WORTH_UNSEEN) * h:
+    longer = _usual_step(system, stiff, p, there, until)
+    if longer < (_WORTH_IMPLICIT if limited else _WORTH_UNSEEN) * h:
         return ""
-    if limited and decays:
+    if limited:
         return says
     return (
-        f"{EXPLICIT} takes steps of {h:.1e} s at t = {arrays.t:.3g} s where {stiff.name} takes {longer:.1e} s"
+        f"{EXPLICIT} takes steps of {h:.1e} s at t = {there.t:.3g} s where {stiff.name} takes {longer:.1e} s"
     )
 
 
-def _usual_step(
-    system: System, method: Method, p: np.ndarray, there: LoopArrays, until: float, rtol: float, atol: float
-) -> float:
+def _usual_step(system: System, method: Method, p: np.ndarray, there: LoopArrays, until: float) -> float:
     """Return how long steps of a method are from a state on, once they have grown [s]."""
-    arrays = LoopArrays(
-        system, method, p, there.t, there.y[: system.nq + system.nv], frame_times=np.zeros(0), rtol=rtol, atol=atol,
-        with_events=False, log_length=_STEPS_TO_GROW + _COMPARED_STEPS,
-    )  # fmt: skip
+    rtol, atol = (float(there.control[k]) for k in (at.RTOL, at.ATOL))
+    arrays = _scouting(system, method, p, there.t, there.y[: system.nq + system.nv], rtol, atol)
     began, n_steps = there.t, 0
     if arrays.advance(until, _STEPS_TO_GROW) != at.REACHED_STOP:
         began, n_steps = arrays.t, int(arrays.counters[at.STEPS])
         arrays.advance(until, _COMPARED_STEPS)
-    return (arrays.t - began) / max(int(arrays.counters[at.STEPS]) - n_steps, 1)
+    step = (arrays.t - began) / max(int(arrays.counters[at.STEPS]) - n_steps, 1)
+    give_back(arrays)
+    return step
 
 
 def stiff_method(rtol: float) -> str:
