@@ -50,7 +50,7 @@ EXPLICIT_BELOW = 3e-11  # at tighter tolerances the high order wins even on stif
 _ORDER_9_BELOW = 3e-5  # rtol from which on the longer steps of radau9 repay their larger Newton systems
 _FIRST_STAGE, _LATER_STAGES = 20, (80, 300)  # explicit steps that are looked at
 _SCOUT_STEPS = 400
-_MARGIN = 0.25  # of what may be stiff: a motion below that after the first stage is not looked at further
+_MARGIN = 0.25  # of what may be stiff, where energy is lost: motions below that after the first stage are not followed
 _SETTLED = 4.0  # times the mean step of the first stage: a longer last one is still growing
 _STEPS_TO_GROW, _COMPARED_STEPS = 20, 20
 # A choice is made as for a long run, of so many radians of the fastest motion: a run does not depend on where it ends.
@@ -260,10 +260,11 @@ def _look_at(scales: TimeScales, slow: float, rest: float, h: float) -> _Look:
     return _Look(h, max(slow, 1.0 / rest), scales.fastest, scales.damping, scales.damping > least)
 
 
-def _is_far_from_stiff(system: System, p: np.ndarray, t: float, scouting: LoopArrays) -> bool:
-    """Whether the first steps from `t` on came to nothing near stiffness, and to nothing that dies out.
+def _stays_calm(system: System, p: np.ndarray, t: float, scouting: LoopArrays) -> bool:
+    """Whether the first steps from `t` on came to nothing that is fast beside the motion, or that dies out.
 
-    What rests may be held by stability alone, and what is still growing may be: later steps show that.
+    What has come to rest may be held by stability alone, and what still grows may come to it: later steps show that.
+    Where no energy is lost nothing dies out, whatever the motion linearised at one instant looks like.
     """
     h, q, v = scouting.h_last, scouting.y[: system.nq], scouting.y[system.nq : system.nq + system.nv]
     if h > _SETTLED * (scouting.t - t) / _FIRST_STAGE:
@@ -271,6 +272,9 @@ def _is_far_from_stiff(system: System, p: np.ndarray, t: float, scouting: LoopAr
     scales = time_scales(system, p, scouting.t, q, v)
     rest = _AHEAD / scales.fastest if scales.fastest > 0.0 else np.inf
     look = _look_at(scales, float(change_rate(system, q, v)), rest, h)
+    # Velocity constraints make motions die out without losing energy.
+    if system.structure["conservative"] and not system.nn:
+        return look.fastest < STIFFNESS_RATIO * look.slow
     return not look.decays and look.fastest < _MARGIN * STIFFNESS_RATIO * look.slow
 
 
@@ -279,7 +283,7 @@ def _look_ahead(system: System, p: np.ndarray, t: float, state: np.ndarray, scou
     nq, y = system.nq, scouting.y[: system.nq + system.nv]
     scouting.advance(np.inf, _FIRST_STAGE)
     went = scouting.h_last > 0.0 and bool(np.isfinite(y).all())  # else the run will say why
-    if went and _is_far_from_stiff(system, p, t, scouting):
+    if went and _stays_calm(system, p, t, scouting):
         return ""
     start = time_scales(system, p, t, state[:nq], state[nq:])
     if reason := _why_stiff_at_start(start):
