@@ -236,3 +236,16 @@ def test_arrays_of_a_scout_serve_the_next_choice():
         method, why = choose.choose_method(one, p, moved, options)
         choices.append((method.name, why))
     assert choices[0] == choices[1]
+
+
+def test_a_prepared_run_chooses_once(monkeypatch):
+    """Then it takes what it chose, wherever it begins."""
+    run = derived("double_pendulum").prepare(
+        t_end=1.0, rtol=1e-7, parameters=["g"], start=["theta1"], output="end"
+    )
+    asked = []
+    monkeypatch.setattr("symgen.runtime.simulate.choose_method", lambda *given: asked.append(given))
+    ends = [run([9.81], [angle]).copy() for angle in (0.5, 1.0)]
+    runs = run.many([[9.81], [9.81]], [[0.5], [1.0]])
+    assert not asked and run.method == "taylor"
+    assert np.array_equal(runs.y, ends)
