@@ -260,11 +260,16 @@ def _look_at(scales: TimeScales, slow: float, rest: float, h: float) -> _Look:
     return _Look(h, max(slow, 1.0 / rest), scales.fastest, scales.damping, scales.damping > least)
 
 
-def _stays_calm(system: System, p: np.ndarray, t: float, scouting: LoopArrays) -> bool:
+def _stays_calm(system: System, p: np.ndarray, t: float, scouting: LoopArrays, halfway: float) -> bool:
     """Whether the first steps from `t` on came to nothing that is fast beside the motion, or that dies out.
 
     What has come to rest may be held by stability alone, and what still grows may come to it: later steps show that.
     Where no energy is lost nothing dies out, whatever the motion linearised at one instant looks like.
+
+    Parameters
+    ----------
+    halfway : float [1/s]
+        How fast the state changed halfway through the steps: at their end a swing may be turning back.
     """
     h, q, v = scouting.h_last, scouting.y[: system.nq], scouting.y[system.nq : system.nq + system.nv]
     if h > _SETTLED * (scouting.t - t) / _FIRST_STAGE:
@@ -274,16 +279,18 @@ def _stays_calm(system: System, p: np.ndarray, t: float, scouting: LoopArrays) -
     look = _look_at(scales, float(change_rate(system, q, v)), rest, h)
     # Velocity constraints make motions die out without losing energy.
     if system.structure["conservative"] and not system.nn:
-        return look.fastest < STIFFNESS_RATIO * look.slow
+        return look.fastest < STIFFNESS_RATIO * max(halfway, look.slow)
     return not look.decays and look.fastest < _MARGIN * STIFFNESS_RATIO * look.slow
 
 
 def _look_ahead(system: System, p: np.ndarray, t: float, state: np.ndarray, scouting: LoopArrays) -> str:
     """Take explicit steps, in stages; returns why the motion is stiff, an empty string where it is not."""
     nq, y = system.nq, scouting.y[: system.nq + system.nv]
-    scouting.advance(np.inf, _FIRST_STAGE)
+    scouting.advance(np.inf, _FIRST_STAGE // 2)
+    halfway = float(change_rate(system, y[:nq], y[nq:]))
+    scouting.advance(np.inf, _FIRST_STAGE - _FIRST_STAGE // 2, keep_log=True)
     went = scouting.h_last > 0.0 and bool(np.isfinite(y).all())  # else the run will say why
-    if went and _stays_calm(system, p, t, scouting):
+    if went and _stays_calm(system, p, t, scouting, halfway):
         return ""
     start = time_scales(system, p, t, state[:nq], state[nq:])
     if reason := _why_stiff_at_start(start):
