@@ -15,6 +15,7 @@ least of some turns.
 from __future__ import annotations
 
 import argparse
+import ctypes
 import importlib.util
 import json
 import logging
@@ -28,17 +29,21 @@ import numpy as np
 
 from symgen import link, runtime
 from symgen.model.library import find
+from symgen.runtime.code import engine
 from symgen.runtime.ensemble import uniform
-from symgen.runtime.ensemble.evaluate import evaluate_members
+from symgen.runtime.ensemble.arrays import aligned
+from symgen.runtime.ensemble.evaluate import Evaluator
+from symgen.runtime.ensemble.machine import lane_kernel
 from symgen.runtime.ensemble.sampling import Members
 
 ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "benchmarks" / "peers"))
 TURNS = 3
 LOOPED, RUNS = 64, 4  # members of `run.many` and of `loop of run`
 LEVELS = (3e-4, 1e-7, 3e-11, 2e-13)
 _EXACT = 1e-17  # of errors that are none
 # Tolerances of the methods that run in lanes, and of those that "auto" takes where there are none.
-OURS = {"taylor": (3e-4, 1e-5, 1e-8, 1e-11, 2e-14), "dop853": (3e-5, 1e-7, 1e-9, 1e-11, 1e-13)}
+OURS = {"taylor": (1e-2, 3e-4, 1e-5, 1e-8, 1e-11, 2e-14), "dop853": (1e-3, 3e-5, 1e-7, 1e-9, 1e-11, 1e-13)}
 ALONE = {"auto": (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)}
 LOOPS = (1e-4, 1e-7, 1e-10, 1e-13)
 THEIRS = (1e-2, 1e-4, 1e-7, 1e-10, 1e-13)
@@ -60,9 +65,9 @@ class Scene:
 SCENES = {
     "double_pendulum": Scene(10.0, "start", "theta1", (1.37, 1.77), LEVELS, members=16384),
     "slider_crank": Scene(2.0, "start", "theta", (0.4, 0.6), (3e-3, 5e-6, 8e-10, 2.5e-12), members=16384),
-    "seven_dof_arm": Scene(5.0, "start", "q1", (-0.1, 0.1), (4e-6, 7e-9, 1.4e-12), members=1024),
+    "seven_dof_arm": Scene(5.0, "start", "q1", (-0.1, 0.1), (4e-6, 7e-9, 1.4e-12), members=2048),
     "outer_solar_system": Scene(
-        20_000.0, "rate", "x_sun", (-1e-8, 1e-8), (2.7e-3, 4.6e-6, 5.1e-9, 5.9e-12), members=1024
+        20_000.0, "rate", "x_sun", (-1e-8, 1e-8), (2.7e-3, 4.6e-6, 5.1e-9, 5.9e-12), members=4096
     ),
     "bricard": Scene(2.0, "parameters", "g", (9.0, 10.0), members=256),
     "rolling_disc": Scene(10.0, "parameters", "g", (9.0, 10.0), members=1024),
@@ -94,6 +99,19 @@ def outer_solar_system_of_heyoka() -> list:
     return [found[6 * body + half + axis] for half in (0, 3) for body in range(6) for axis in range(3)]
 
 
+def generated_of_heyoka(name: str) -> list:
+    """The generated right-hand side, run on its symbols."""
+    from heyoka_peer import equations
+    from job import Job
+
+    text = link.module_for(Path(find(name)), {}, None).text
+    system = runtime.load(text)
+    start = np.zeros(system.nq + system.nv)
+    empty = np.zeros(0)
+    return equations(Job(system, text, system.parameter_values(), start, start, start, 0.0, 0.0, empty, {}))
+
+
+# Equations as its users would write them, and models of its own; of others what is generated.
 HEYOKA = {
     "double_pendulum": double_pendulum_of_heyoka,
     "outer_solar_system": outer_solar_system_of_heyoka,
@@ -162,7 +180,7 @@ def measure(name: str) -> dict[str, list[tuple[float, float]]]:
         for rtol in tolerances:
             label = "ensemble" if method == "auto" else method
             add(label, lambda method=method, rtol=rtol: ends(method=method, rtol=rtol, atol=rtol * 1e-2))
-    if name in HEYOKA and importlib.util.find_spec("heyoka"):
+    if scene.methods is OURS and scene.place != "parameters" and importlib.util.find_spec("heyoka"):
         for tolerance in THEIRS:
             add("heyoka", heyoka_batch(name, scene.t_end, starts.T.copy(), tolerance))
     several = min(LOOPED, scene.members)
@@ -199,7 +217,8 @@ def heyoka_batch(name: str, t_end: float, starts: np.ndarray, tolerance: float) 
     import heyoka as hy
 
     width = 8
-    ta = hy.taylor_adaptive_batch(HEYOKA[name](), starts[:, :width].copy(), tol=tolerance)
+    equations = HEYOKA[name]() if name in HEYOKA else generated_of_heyoka(name)
+    ta = hy.taylor_adaptive_batch(equations, starts[:, :width].copy(), tol=tolerance)
 
     def call() -> np.ndarray:
         ends = np.empty_like(starts)
@@ -213,14 +232,56 @@ def heyoka_batch(name: str, t_end: float, starts: np.ndarray, tolerance: float) 
     return call
 
 
-def measure_dynamics(name: str) -> float:
-    """Return how many states a second forward dynamics are found of, on one core, at parameters of one member."""
+def measure_dynamics(name: str) -> tuple[float, float]:
+    """Return how many states a second forward dynamics are found of, on one core, at parameters of one member.
+
+    First by calls of the machine code alone, for eight states that stand side by side; then of states in an array, to
+    accelerations in an array.
+    """
     system, n = loaded(name), 1 << 13
     states = np.random.default_rng(0).uniform(-1.0, 1.0, (1, n, system.nq + system.nv))
     p, times = system.parameter_values()[None], np.zeros(n)
-    calls = [lambda: evaluate_members(system, "rhs", p, times, states)] * 20
+    evaluator = Evaluator(system, "rhs")
+    calls = [lambda: evaluator(p, times, states)] * 20
     calls[0]()
-    return n / min(least_time(calls))
+    return measure_calls(system, states[0, :8], p[0]), n / min(least_time(calls))
+
+
+def measure_calls(system: runtime.System, states: np.ndarray, parameters: np.ndarray) -> float:
+    """Return how many states a second the function `rhs` in lanes takes that is called again and again."""
+    lanes, n = len(states), 20_000
+    code = engine.MachineCode()
+    content = engine.object_code(
+        engine.cache_key(_CALLS), "calls", "calls", lambda _: (_CALLS.format(lanes=lanes), 0)
+    )
+    arguments = [ctypes.c_uint64, *[ctypes.c_void_p] * 3, ctypes.c_int64]
+    call = ctypes.CFUNCTYPE(None, *arguments)(code.add(content, "calls"))
+    longer = np.append(parameters, np.zeros(system.n_precomputed - len(parameters)))
+    ctypes.CFUNCTYPE(None, ctypes.c_double, *[ctypes.c_void_p] * 3)(system.setup_address)(
+        0.0, longer.ctypes.data, longer.ctypes.data, longer[len(parameters) :].ctypes.data
+    )
+    y, p, out = (aligned(length * lanes) for length in (system.ny, system.n_precomputed, system.n_row))
+    y.reshape(-1, lanes)[: states.shape[1]] = states.T
+    p.reshape(-1, lanes)[:] = longer[:, None]
+    kernel = lane_kernel(system, "rhs", lanes)
+    took = least_time([lambda: call(kernel, y.ctypes.data, p.ctypes.data, out.ctypes.data, n)] * 20)
+    return n * lanes / min(took)
+
+
+_CALLS = """
+define void @calls(ptr %f, ptr %y, ptr %p, ptr %out, i64 %n) {{
+entry:
+  br label %loop
+loop:
+  %i = phi i64 [0, %entry], [%next, %loop]
+  call void %f(<{lanes} x double> zeroinitializer, ptr %y, ptr %p, ptr %out)
+  %next = add i64 %i, 1
+  %more = icmp slt i64 %next, %n
+  br i1 %more, label %loop, label %done
+done:
+  ret void
+}}
+"""
 
 
 def measure_scaling(name: str, seconds: float) -> None:
@@ -282,7 +343,8 @@ def main() -> None:
         measure_scaling(given.scaling, given.seconds)
         return
     if given.dynamics:
-        print(f"{given.dynamics}: forward dynamics of {measure_dynamics(given.dynamics):.3g} states a second")
+        alone, of_arrays = measure_dynamics(given.dynamics)
+        print(f"{given.dynamics}: forward dynamics of {alone:.3g} states a second, {of_arrays:.3g} of arrays")
         return
     unknown = [name for name in (*given.scenes, *filter(None, [given.scaling])) if name not in SCENES]
     if unknown:

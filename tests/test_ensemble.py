@@ -16,6 +16,7 @@ from symgen.runtime.ensemble.batch import LaneBatch
 from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.plan import make_plan
 from symgen.runtime.ensemble.reduction import Digest, Moments
+from symgen.runtime.ensemble.run import chunks_between
 from symgen.runtime.ensemble.sampling import read_variation
 from symgen.runtime.ensemble.shipping import in_order
 from symgen.runtime.ensemble.work import _prepared
@@ -217,13 +218,15 @@ def test_fixed_steps(name, method):
         assert len(e.member(k).step_log) == run.stats["steps"] == 500
 
 
-# Constrained by lengths that vary; with a quaternion; with a mass matrix that changes, and work; with jumps in time.
+# Constrained by lengths that vary; with a quaternion; with a mass matrix that changes, and work; with jumps in time;
+# with constraints that follow from others.
 @pytest.mark.parametrize(
     ("name", "method", "steps"),
     [
         ("slider_crank", "rattle", 100), ("slider_crank", "rattle6", 100),
         pytest.param("heavy_top_absolute", "rattle4", 100, marks=pytest.mark.slow),
         ("cart_pole", "rattle", 100), ("cart_pole", "rattle6", 100), ("quarter_car", "rattle", 4000),
+        ("bricard", "rattle", 200), ("bricard", "rattle4", 100),
     ],
 )  # fmt: skip
 def test_rattle_in_lanes(name, method, steps):
@@ -793,3 +796,17 @@ def test_chunks_under_way_are_given_up_with_an_executor_that_is_closed():
     running = in_order(lambda first, last: Future(), [(0, 1), (1, 2), (2, 3)], ahead=2)
     assert next(running) == 1
     running.close()
+
+
+@pytest.mark.parametrize(
+    "first, n, size, block, places", [(0, 1_523_712, 4, 1, 4), (3, 50, 4, 2, 2), (0, 1, 8, 8, 3)]
+)
+def test_chunks_are_whole_blocks_and_shorter_at_the_end(first, n, size, block, places):
+    """Each member is in one of them, and the last ones are no longer than what the others have left."""
+    chunks = chunks_between(first, n, size, block, places)
+    assert [a for a, _ in chunks] == [first, *(b for _, b in chunks[:-1])] and chunks[-1][1] == n
+    lengths = [b - a for a, b in chunks]
+    assert all(length % block == 0 and length <= size for length in lengths[:-1])
+    assert all(
+        length <= max(block, (n - a) / (2 * places) + block) for (a, _), length in zip(chunks, lengths)
+    )

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from symgen import load
-from symgen.runtime.ensemble import method_choice, uniform
+from symgen.runtime.ensemble import method_choice, noise, uniform
 from symgen.runtime.ensemble.batch import LaneBatch
 from symgen.runtime.ensemble.method_choice import Choice, numbers_of_sample
 from symgen.runtime.ensemble.options import EnsembleOptions
@@ -67,8 +67,8 @@ def test_a_stiff_method_that_fails_is_left_out(monkeypatch):
     system = load("quarter_car")
     tried = method_choice._stiff_trial
 
-    def failing(system, name, *others):
-        return None if name == "radau13" else tried(system, name, *others)
+    def failing(name, *others):
+        return None if name == "radau13" else tried(name, *others)
 
     monkeypatch.setattr(method_choice, "_stiff_trial", failing)
     varied = {"parameters": {"bump": uniform(0.06, 0.1)}}
@@ -221,3 +221,27 @@ def test_what_fails_in_lanes_is_tried_by_itself():
     k = int(e.failed[-1])
     assert "t = " in e.messages[k]
     assert e.member(k).status == "failed"
+
+
+def test_trials_of_stiff_methods_have_the_noise_of_their_members(monkeypatch):
+    """They are single runs: each has the course of inputs over time that its member has, not that of member 0."""
+    from symgen import Model, dot
+
+    m = Model("shaken")
+    x = m.coordinate("x")
+    shake = m.input("shake")
+    m.kinetic(0.5 * dot(x) ** 2)
+    m.force(x, -1e6 * (dot(x) - shake) - x)
+    system, seen = m.derive(), []
+
+    class Watched(method_choice.LoopArrays):
+        def __init__(self, driven, *given, **how):
+            seen.append(driven.all_pieces[0].coefficients.ravel()[:8])
+            super().__init__(driven, *given, **how)
+
+    monkeypatch.setattr(method_choice, "LoopArrays", Watched)
+    gusts = noise(1.0, 0.05)
+    asked = {"t_end": 2.0, "n": 640, "seed": 4, "rtol": 1e-5, "inputs": {"shake": gusts}}
+    assert make_plan(system, EnsembleOptions(**asked)).choice.method.startswith("radau")
+    for number, course in zip(numbers_of_sample(640), seen, strict=False):
+        assert course[0] == gusts.table("shake", 4, number, 0.0, 2.0).values[0], number

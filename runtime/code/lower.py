@@ -24,6 +24,7 @@ from symgen.runtime.code.llvm_text import (
     math_symbol,
 )
 from symgen.runtime.code.parse import LARGEST
+from symgen.runtime.code.reciprocal_root import reciprocal_root
 from symgen.runtime.code.sincos import lanes_sincos
 from symgen.runtime.graph.form import (
     ELEMENT,
@@ -67,6 +68,7 @@ class StraightLine:
         self._align, self._element = 8 * max(lanes, 1), self.number
         self._pairs: dict[str, tuple[str, str]] = {}  # sine and cosine of an angle, in lanes
         self._reciprocals: dict[str, str] = {}  # of divisors that several quotients have, in lanes
+        self._roots: dict[str, str] = {}  # what they are the roots of, in lanes
         self.operations = 0
         self.definitions: list[str] = []  # of functions that this code calls
         self.solvers: dict[str, str] = {}  # definitions of solvers, and what they need, by name
@@ -88,6 +90,8 @@ class StraightLine:
     def quotient(self, left: str, divisor: str) -> str:
         """Write a quotient as a product with the reciprocal of its divisor, which is found once."""
         one = self.constant(1.0)
+        if divisor in self._roots and divisor not in self._reciprocals:
+            self._reciprocals[divisor] = self._reciprocal_root(self.reuse(self._roots[divisor]))
         if divisor not in self._reciprocals:
             self._reciprocals[divisor] = self.operation("fdiv", one, divisor)
         reciprocal = self.reuse(self._reciprocals[divisor])
@@ -115,7 +119,16 @@ class StraightLine:
         self.solvers[symbol] = definition
         if function not in VECTOR_INTRINSICS:
             self.called.add(function)
-        return self._value(f"call {kind} @{symbol}({passed})")
+        value = self._value(f"call {kind} @{symbol}({passed})")
+        if function == "sqrt":
+            self._roots[value] = arguments[0]
+        return value
+
+    def _reciprocal_root(self, value: str) -> str:
+        text, declared = reciprocal_root("symgen.reciprocal_root", self.lanes)
+        self.solvers["symgen.reciprocal_root"] = text
+        self.solvers |= {line: f"{line}\n" for line in declared}
+        return self._value(f"call {self.number} @symgen.reciprocal_root({self.number} {value})")
 
     def _sincos(self, angle: str) -> tuple[str, str]:
         """Sine and cosine of an angle, which are found together."""

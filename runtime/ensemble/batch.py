@@ -9,6 +9,7 @@ import numpy as np
 from symgen.runtime.choose import SERIES
 from symgen.runtime.ensemble import radau
 from symgen.runtime.ensemble.arrays import Table, aligned
+from symgen.runtime.ensemble.dense_lu import GIVE
 from symgen.runtime.ensemble.events import N_BLOCKS, PLACES, SWITCHES
 from symgen.runtime.ensemble.intervals import Breaks, one_interval
 from symgen.runtime.ensemble.lanes import DRIVEN, N_INTERVAL
@@ -129,6 +130,11 @@ def one_evaluation(system: System, method: str) -> bool:
     """Whether a step of Verlet's method evaluates the model once."""
     scheme = find_method(method).coefficients(system)
     return isinstance(scheme, SymplecticScheme) and bool(scheme.reuse)
+
+
+def give_of(system: System) -> float:
+    """How far constraints give way in matrices of Newton's method: where some follow from others."""
+    return GIVE if system.dependent else 0.0
 
 
 RESULTS = ("end", "columns", "frames")
@@ -258,8 +264,7 @@ class LaneBatch:
         self.table.set_integers(
             jacobian=lane_kernel(system, "residual_jacobian", settings.lanes), n_kept=len(radau.STATE)
         )
-        give = radau.GIVE if system.dependent else 0.0
-        self.table.set_numbers(stage_rtol=rtol, stage_atol=atol, newton_bound=bound, give=give)
+        self.table.set_numbers(stage_rtol=rtol, stage_atol=atol, newton_bound=bound, give=give_of(system))
         return radau.work_length(n_stages, system.nq, system.nv, system.m, system.ny)
 
     def _prepare_rattle(self) -> int:
@@ -275,6 +280,7 @@ class LaneBatch:
             n_kept=len(rattle.STATE),
             constant_mass=int(method.constant_mass),
         )
+        self.table.set_numbers(give=give_of(system))
         self._set_parts(np.append(method.steps, 0.0), method.times)
         return rattle.work_length(system.nq, system.nv, system.m, system.nh)
 

@@ -8,7 +8,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from symgen.runtime.ensemble.lanes import Lanes
 from symgen.runtime.ensemble.writer import Code, Rows, Value
+
+GIVE = 1e-10  # of constraints of which some follow from others
+LEAST_RATIO_WITH_GIVE = GIVE * 1e-4  # of pivots, where accelerations are determined
 
 
 @dataclass(eq=False)
@@ -169,3 +173,19 @@ def _take_away(
         for part, value in zip(total, rest, strict=True):
             part.value = value
     right.put(i * width + j, tuple(part.value for part in total))
+
+
+def let_constraints_give(lanes: Lanes, matrix: Numbers, nv: Value, rows: Value) -> None:
+    """Let constraints give way by `lanes.give` in [M -Gᵀ; G 0], in parts of how their forces move them: G a = γ - δ λ.
+
+    Constraints that follow from others then share their forces, as those of least norm do, and accelerations change by
+    δ of what constraints make of them. That is enough for a matrix of Newton's method.
+    """
+    code = lanes.code
+    with code.each(rows, nv) as k:
+        own = code.variable(0.0)
+        with code.each(nv) as j:
+            inertia = code.size(matrix.get(j * rows + j)[0])
+            moved = matrix.get(k * rows + j)[0] * matrix.get(j * rows + k)[0]
+            own.value = own.value - code.select(inertia > 0.0, moved / inertia, code.all_lanes(0.0))
+        matrix.put(k * rows + k, (matrix.get(k * rows + k)[0] + own.value * lanes.give,))

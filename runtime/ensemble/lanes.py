@@ -660,31 +660,48 @@ def function_map(lanes_wide: int) -> Code:
         lanes.k[i] = 0.0
     with code.each(code.lanes) as lane:
         lanes.member_of_lane[lane] = code.integer(-1)
+    held = code.variable(-1, INTEGER)  # the member whose parameters all lanes have
     with code.forever() as leave:
-        leave(block.value >= lanes.n_members)
-        with code.each(code.lanes) as lane:
-            number = block.value + lane
-            state = code.select(number < lanes.n_members, number, lanes.n_members - 1)
-            member = code.quotient(state, lanes.n_frames)
-            frame = state - member * lanes.n_frames
-            with code.when(code.equal(frame, 0)):
-                precompute(lanes, member)
-            source = lanes.start.behind(state * lanes.ny)
-            y, p, t = lanes.y.single(), lanes.p.single(), lanes.numbers.single()
-            t[lane] = lanes.frame_times[code.select(code.equal(lanes.own_times, 0), frame, state)]
-            with code.each(lanes.ny) as i:
-                y[i * code.lanes + lane] = source[i]
-            with code.when(code.compare("ne", lanes.member_of_lane[lane], member)):
-                longer = lanes.precomputed.behind(member * lanes.n_precomputed)
-                with code.each(lanes.n_precomputed) as i:
-                    p[i * code.lanes + lane] = longer[i]
-                lanes.member_of_lane[lane] = member
-        code.call_kernel(lanes.rhs, lanes.numbers[0], lanes.y, lanes.p, lanes.k)
-        with code.each(code.lanes) as lane:
-            number = block.value + lane
-            with code.when(number < lanes.n_members):
-                row, k = lanes.end.behind(number * lanes.n_row), lanes.k.single()
-                with code.each(lanes.n_row) as i:
-                    row[i] = k[i * code.lanes + lane]
-        block.value = block.value + code.lanes
+        first = block.value
+        leave(first >= lanes.n_members)
+        last = code.smaller(first + code.lanes, lanes.n_members) - 1
+        member, last_member = (code.quotient(state, lanes.n_frames) for state in (first, last))
+        with code.when(code.compare("ne", member, held.value) | code.compare("ne", member, last_member)):
+            _take_parameters(lanes, first)
+            held.value = code.select(code.equal(member, last_member), member, code.integer(-1))
+        states = [code.smaller(first + lane, last) for lane in range(code.lanes)]
+        sources = [lanes.start.behind(state * lanes.ny) for state in states]
+        with code.each(lanes.ny) as i:
+            lanes.y[i] = code.lanes_of([source[i] for source in sources])
+        code.call_kernel(lanes.rhs, _times(lanes, states), lanes.y, lanes.p, lanes.k)
+        targets = [lanes.end.behind(state * lanes.n_row) for state in states]
+        with code.each(lanes.n_row) as i:
+            # Lanes without a state have the last one, and write what it has written.
+            for lane, target in enumerate(targets):
+                target[i] = code.of_lane(lanes.k[i], lane)
+        block.value = first + code.lanes
     return code
+
+
+def _take_parameters(lanes: Lanes, first: Value) -> None:
+    """Let lanes have the parameters of the members that the states from `first` on belong to."""
+    code = lanes.code
+    with code.each(code.lanes) as lane:
+        state = code.smaller(first + lane, lanes.n_members - 1)
+        member = code.quotient(state, lanes.n_frames)
+        with code.when(code.equal(state, member * lanes.n_frames)):
+            precompute(lanes, member)
+        with code.when(code.compare("ne", lanes.member_of_lane[lane], member)):
+            p, longer = lanes.p.single(), lanes.precomputed.behind(member * lanes.n_precomputed)
+            with code.each(lanes.n_precomputed) as i:
+                p[i * code.lanes + lane] = longer[i]
+            lanes.member_of_lane[lane] = member
+
+
+def _times(lanes: Lanes, states: list[Value]) -> Value:
+    """The times of states: members have their own ones, or all the same."""
+    code, frames = lanes.code, []
+    for lane, state in enumerate(states):
+        frame = state - lanes.member_of_lane[lane] * lanes.n_frames
+        frames.append(lanes.frame_times[code.select(code.equal(lanes.own_times, 0), frame, state)])
+    return code.lanes_of(frames)

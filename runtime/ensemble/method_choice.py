@@ -123,12 +123,15 @@ class Sample:
         Members of the ensemble.
     numbers : ndarray of int, shape (k,)
         Those of the members: they say what noise they have.
+    driven : callable
+        `driven(i)` is the model with the inputs over time of the i-th of them.
     """
 
     parameters: np.ndarray
     starts: np.ndarray
     of: int
     numbers: np.ndarray
+    driven: Callable[[int], System]
 
     @property
     def tells(self) -> bool:
@@ -157,16 +160,13 @@ def numbers_of_sample(n: int) -> list[int]:
 
 
 def choose_once(
-    system: System, sample: Sample, single: RunOptions, settings_of: Callable[[str], BatchSettings | None],
-    driven: System,
-) -> Choice | None:  # fmt: skip
+    system: System, sample: Sample, single: RunOptions, settings_of: Callable[[str], BatchSettings | None]
+) -> Choice | None:
     """Choose for an ensemble by the members of a sample; None where these do not tell.
 
     Parameters
     ----------
     system : System
-    driven : System
-        The same with the first member's inputs over time.
     settings_of : callable
         Settings for lanes with a method; None where lanes cannot have it.
     """
@@ -190,18 +190,18 @@ def choose_once(
         explicit, ends = _tried(system, settings, sample, each, single.t_end)
     if not np.isfinite(explicit.cost).any():
         return None
-    trials = [explicit, *_series(system, settings, settings_of, sample, single, driven)]
-    if single.rtol >= EXPLICIT_BELOW and _looks_stiff(driven, sample, explicit, ends, single):
-        trials += _stiff(driven, settings, settings_of, sample, single, explicit)
+    trials = [explicit, *_series(system, settings, settings_of, sample, single)]
+    if single.rtol >= EXPLICIT_BELOW and _looks_stiff(sample, explicit, ends, single):
+        trials += _stiff(settings, settings_of, sample, single, explicit)
     return _best(trials, sample.of, single)
 
 
-def choose_by_looks(system: System, sample: Sample, single: RunOptions) -> Choice:
+def choose_by_looks(sample: Sample, single: RunOptions) -> Choice:
     """Choose as single runs do, for some members of a sample: what most of them want, the stiffer one of equals."""
     looks = max(1, min(len(sample.starts), sample.of // _MEMBERS_FOR_A_LOOK))
     wanted: dict[str, list[list[str]]] = {}
     for k in range(looks):
-        method, why = choose_method(system, sample.parameters[k], sample.starts[k], single)
+        method, why = choose_method(sample.driven(k), sample.parameters[k], sample.starts[k], single)
         wanted.setdefault(method.name, []).append(why)
     name = max(wanted, key=lambda name: (len(wanted[name]), METHODS[name].stiff))
     why = wanted[name][0]
@@ -291,10 +291,10 @@ def _step_of_series(system: System, costs: tuple[float, float, float], order: in
 
 def _series(
     system: System, explicit: BatchSettings, settings_of: Callable[[str], BatchSettings | None], sample: Sample,
-    single: RunOptions, driven: System,
+    single: RunOptions,
 ) -> list[_Trial]:  # fmt: skip
     """Return the trial of series of the best order: two orders tell how steps grow with it."""
-    p, state = sample.parameters[0], sample.starts[0]
+    p, state, driven = sample.parameters[0], sample.starts[0], sample.driven(0)
     if misfit_of_series(driven, p, single.t_start, state, single.rtol):
         return []
     settings = settings_of(SERIES)
@@ -330,12 +330,11 @@ def _series(
     return [_Trial(SERIES, best, pair[0].steps * growth(best), _step_of_series(system, costs, best))]
 
 
-def _looks_stiff(
-    system: System, sample: Sample, explicit: _Trial, ends: np.ndarray, single: RunOptions
-) -> bool:
+def _looks_stiff(sample: Sample, explicit: _Trial, ends: np.ndarray, single: RunOptions) -> bool:
     """Whether the member with most steps, or one in the middle, has motions that limit explicit steps."""
     order = np.argsort(np.where(np.isfinite(explicit.steps), explicit.steps, -1.0))
     for k in {int(order[-1]), int(order[len(order) // 2])}:
+        system = sample.driven(k)
         t, steps = ends[k, 0], explicit.steps[k]
         q, v = ends[k, 1 : 1 + system.nq], ends[k, 1 + system.nq : 1 + system.nq + system.nv]
         if not (np.isfinite(steps) and np.isfinite(q).all() and np.isfinite(v).all()):
@@ -349,19 +348,19 @@ def _looks_stiff(
 
 
 def _stiff(
-    system: System, settings: BatchSettings, settings_of: Callable[[str], BatchSettings | None], sample: Sample,
-    single: RunOptions, explicit: _Trial,
+    settings: BatchSettings, settings_of: Callable[[str], BatchSettings | None], sample: Sample, single: RunOptions,
+    explicit: _Trial,
 ) -> list[_Trial]:  # fmt: skip
     """Return the trials of methods for stiff motion, member after member, as long as they cost less.
 
     All members try the one that single runs take. Where lanes have it, its relatives of other orders are tried by two
     members: what their steps are worth differs from single runs, in which a step has costs of its own.
     """
-    usual = stiff_method(single.rtol)
+    usual, system = stiff_method(single.rtol), sample.driven(0)
     if METHODS[usual].refusal(system):
         return []
     members = np.arange(len(sample.starts))
-    first = _stiff_trial(system, usual, settings, settings_of, sample, single, explicit.steps, members)
+    first = _stiff_trial(usual, settings, settings_of, sample, single, explicit.steps, members)
     if first is None:
         return []
     trials, went = [first], np.flatnonzero(np.isfinite(first.steps))
@@ -371,7 +370,7 @@ def _stiff(
             continue
         # A step of a higher order costs more: more steps than the usual method's never pay.
         most = first.steps if METHODS[other].order > METHODS[usual].order else explicit.steps
-        tried = _stiff_trial(system, other, settings, settings_of, sample, single, most, two)
+        tried = _stiff_trial(other, settings, settings_of, sample, single, most, two)
         if tried is not None and np.isfinite(tried.steps[two]).all():
             per_step = float(tried.steps[two].sum() / first.steps[two].sum())
             trials.append(_Trial(other, 0, per_step * first.steps, tried.each))
@@ -379,17 +378,19 @@ def _stiff(
 
 
 def _stiff_trial(
-    system: System, name: str, settings: BatchSettings, settings_of: Callable[[str], BatchSettings | None],
-    sample: Sample, single: RunOptions, most_steps: np.ndarray, members: np.ndarray,
+    name: str, settings: BatchSettings, settings_of: Callable[[str], BatchSettings | None], sample: Sample,
+    single: RunOptions, most_steps: np.ndarray, members: np.ndarray,
 ) -> _Trial | None:  # fmt: skip
     """Return what some members need with an implicit method, of all the others nothing; None where all fail."""
-    operations, start = system.operations, settings.t_start
+    start = settings.t_start
     share = (settings.t_end - start) / (single.t_end - start)
     in_lanes = settings_of(name) is not None
     steps, costs = np.full((2, len(sample.starts)), np.nan)
     for k in members:
         # More steps than those of a method that is known do not pay.
         most = share * most_steps[k] if np.isfinite(most_steps[k]) else _LONGEST_TRIAL
+        system = sample.driven(k)
+        operations = system.operations
         arrays = LoopArrays(
             system, METHODS[name], sample.parameters[k], start, sample.starts[k], frame_times=np.zeros(0),
             rtol=single.rtol, atol=single.atol, with_events=False, log_length=_LONGEST_TRIAL,

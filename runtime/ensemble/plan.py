@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -14,7 +15,7 @@ from symgen.runtime.code.lower import NoLanes
 from symgen.runtime.constraints.energy_level import choose_energy_level
 from symgen.runtime.ensemble.batch import BatchSettings
 from symgen.runtime.ensemble.intervals import Breaks
-from symgen.runtime.ensemble.machine import IMPLICIT, IN_LANES, ON_DEVICES, OVER_EVENTS, RATTLE
+from symgen.runtime.ensemble.machine import IMPLICIT, IN_LANES, ON_DEVICES, OVER_EVENTS
 from symgen.runtime.ensemble.method_choice import (
     Choice,
     Sample,
@@ -189,8 +190,15 @@ def make_plan(system: System, options: EnsembleOptions, choice: Choice | None = 
             )
             return None if why else replace(found, breaks=breaks)
 
+        @functools.cache
+        def driven_as(number: int) -> System:
+            if driven is None or not noisy:
+                return driven or system
+            given = over_time | _inputs_of(moving, options.seed, number, single.t_start, single.t_end)
+            return drive.drive(system, given, rows[0], single.t_start, single.t_end)
+
         choice = choice or _choose(
-            system, driven or system, members, p, starts, single, settings_of if in_lanes else None
+            system, driven_as, members, p, starts, single, settings_of if in_lanes else None
         )
         method, more = METHODS[choice.method], choice.notes
     notes = [*notes, *more]
@@ -232,8 +240,8 @@ def make_plan(system: System, options: EnsembleOptions, choice: Choice | None = 
 
 
 def _choose(
-    system: System, driven: System, members: Members, p: np.ndarray, starts: Starts, single: RunOptions,
-    settings_of: Callable[[str, np.ndarray, np.ndarray], BatchSettings | None] | None,
+    system: System, driven_as: Callable[[int], System], members: Members, p: np.ndarray, starts: Starts,
+    single: RunOptions, settings_of: Callable[[str, np.ndarray, np.ndarray], BatchSettings | None] | None,
 ) -> Choice:  # fmt: skip
     """Choose method and order for all members by a sample of them."""
     rows, states, varied = [], [], {}
@@ -245,15 +253,16 @@ def _choose(
     rows = np.array(rows)
     states, failures = starts.of(rows, {name: np.array(found) for name, found in varied.items()})
     sound = [k for k in range(len(rows)) if k not in failures and np.isfinite(states[k]).all()]
-    sample = Sample(rows[sound], states[sound], members.n, np.array(numbers)[sound])
+    chosen = np.array(numbers)[sound]
+    sample = Sample(rows[sound], states[sound], members.n, chosen, lambda k: driven_as(int(chosen[k])))
     found = None
     if settings_of is not None and sample.tells:
 
         def settings_for(name: str) -> BatchSettings | None:
             return settings_of(name, sample.parameters[0], sample.starts[0])
 
-        found = choose_once(system, sample, single, settings_for, driven)
-    return found or choose_by_looks(driven, sample, single)
+        found = choose_once(system, sample, single, settings_for)
+    return found or choose_by_looks(sample, single)
 
 
 def _inputs_of(
@@ -476,13 +485,6 @@ def _settings(
     for form in (system, system.closed) if system.switches else (system,):
         if method.name in IMPLICIT and (reason := _not_implicit(form, method)):
             return None, method, reason, []
-    if method.name in RATTLE and system.dependent:
-        return (
-            None,
-            method,
-            f"method {method.name} over constraints that follow from others is for single runs",
-            [],
-        )
     step, notes = choose_step(method, driven, p, state, single)
     level = choose_energy_level(single.energy_scaling, driven, method, p, single.t_start, state)
     arrays = LoopArrays(

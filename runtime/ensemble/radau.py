@@ -49,8 +49,6 @@ from symgen.runtime.integrate.radau.loop import GROW, GROW_RATE, KEEP_JACOBIAN_R
 from symgen.runtime.integrate.radau.newton import _FADING, ROUND_OFF
 from symgen.runtime.integrate.step_control import EPS, SAFETY
 
-GIVE = 1e-10  # of constraints of which some follow from others
-_LEFT_OF_GIVE = 1e-4  # in the ratio of pivots, where accelerations are determined
 # What lanes carry from step to step, zero where a member begins: whether they have a Jacobian, one of the present
 # state, factors, and the last step's polynomial; its length, for which steps factors are, the last error, what
 # Newton's rate of contraction leaves, and that rate.
@@ -302,28 +300,12 @@ def _differentiate(lanes: Lanes, s: _Step, w: _Work) -> Value:
             w.block.put(i * rows + j, (row[n + j],))
     trusted = code.variable(TRUSTED_PIVOT_RATIO)
     with code.when(lanes.give > 0.0):
-        _let_constraints_give(lanes, w)
-        trusted.value = code.all_lanes(GIVE * _LEFT_OF_GIVE)
+        dense_lu.let_constraints_give(lanes, w.block, w.nv, rows)
+        trusted.value = code.all_lanes(dense_lu.LEAST_RATIO_WITH_GIVE)
     sound = dense_lu.factor(code, w.block, w.block_pivots, rows)
     sound = sound & (dense_lu.pivot_ratio(code, w.block, rows) > trusted.value)
     dense_lu.solve(code, w.block, w.block_pivots, rows, w.right, width)
     return sound & finite_rows(lanes, w.right.rows, w.nv * width)
-
-
-def _let_constraints_give(lanes: Lanes, w: _Work) -> None:
-    """Let constraints give way a little in `w.block`, in parts of how their forces move them: G a = γ - δ λ.
-
-    Constraints that follow from others then share their forces, as those of least norm do, and accelerations change by
-    δ of what constraints make of them. That is enough for a matrix of Newton's method.
-    """
-    code, rows = lanes.code, w.n_rows
-    with code.each(rows, w.nv) as k:
-        own = code.variable(0.0)
-        with code.each(w.nv) as j:
-            inertia = code.size(w.block.get(j * rows + j)[0])
-            moved = w.block.get(k * rows + j)[0] * w.block.get(j * rows + k)[0]
-            own.value = own.value - code.select(inertia > 0.0, moved / inertia, code.all_lanes(0.0))
-        w.block.put(k * rows + k, (w.block.get(k * rows + k)[0] + own.value * lanes.give,))
 
 
 def _renew_factors(lanes: Lanes, method: RadauIIA, active: Value, s: _Step, w: _Work) -> Value:

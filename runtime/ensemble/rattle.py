@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from symgen.runtime.ensemble import dense_lu
-from symgen.runtime.ensemble.dense_lu import Real
+from symgen.runtime.ensemble.dense_lu import LEAST_RATIO_WITH_GIVE, Real, let_constraints_give
 from symgen.runtime.ensemble.lanes import ALL, Lanes, commit, copy_rows, reach, write_frames
 from symgen.runtime.ensemble.rotations import (
     by_rotation,
@@ -49,7 +49,7 @@ def work_length(nq: int, nv: int, m: int, nh: int) -> int:
     carried = nq + 2 * nv + m
     ends = 3 * (2 * nv * nv + m * nv)
     others = nv * nv + 3 * nv + m + nq + (nq + nv) + nh + m
-    linear = (1 + rows) * (nq + nv + rows) + rows * rows + 2 * rows
+    linear = (1 + rows) * (nq + nv + rows) + rows * rows + 3 * rows
     return len(STATE) + 2 * carried + ends + (2 * nv * nv + m * nv) + others + linear
 
 
@@ -92,8 +92,8 @@ class _Work:
         self.residual = take(lanes.nh + m)
         self.arguments = take(self.n_columns)
         self.derivative = take(self.n_rows * self.n_columns)
-        self.matrix, self.pivots, self.right = (
-            take(self.n_rows * self.n_rows), take(self.n_rows), take(self.n_rows)
+        self.matrix, self.pivots, self.right, self.unsolved = (
+            take(self.n_rows * self.n_rows), take(self.n_rows), take(self.n_rows), take(self.n_rows)
         )  # fmt: skip
 
     def _take(self, n: Value | int) -> Rows:
@@ -458,8 +458,12 @@ def _border(lanes: Lanes, above: Rows, below: Rows, w: _Work) -> None:
 
 def _factor(lanes: Lanes, w: _Work) -> Value:
     """Factor `matrix`; returns lanes whose factors can be trusted."""
-    sound = dense_lu.factor(lanes.code, Real(w.matrix), w.pivots, w.n_rows)
-    return sound & (dense_lu.pivot_ratio(lanes.code, Real(w.matrix), w.n_rows) > TRUSTED_PIVOT_RATIO)
+    code, trusted = lanes.code, lanes.code.variable(TRUSTED_PIVOT_RATIO)
+    with code.when(lanes.give > 0.0):
+        let_constraints_give(lanes, Real(w.matrix), w.nv, w.n_rows)
+        trusted.value = code.all_lanes(LEAST_RATIO_WITH_GIVE)
+    sound = dense_lu.factor(code, Real(w.matrix), w.pivots, w.n_rows)
+    return sound & (dense_lu.pivot_ratio(code, Real(w.matrix), w.n_rows) > trusted.value)
 
 
 def _factor_newton(lanes: Lanes, t1: Value, h: Value, w: _Work) -> Value:
@@ -565,8 +569,32 @@ def _find_end_rates(lanes: Lanes, t1: Value, h: Value, y: Rows, w: _Work) -> Non
     with code.each(lanes.m) as k:
         w.right[nv + k] = -w.residual[lanes.nh + k]
     _border(lanes, w.end.gradient, w.end.gradient, w)
+    copy_rows(lanes, w.right, w.unsolved, rows)
     w.trust(_factor(lanes, w))
     dense_lu.solve(code, Real(w.matrix), w.pivots, rows, Real(w.right))
+    with code.when(lanes.give > 0.0):
+        _refine_end_rates(lanes, w)
     with code.each(nv) as i:
         y[nq + i] = w.mean[i] + w.right[i]
     copy_rows(lanes, w.right.behind(nv), w.end_impulses, lanes.m)
+
+
+def _refine_end_rates(lanes: Lanes, w: _Work) -> None:
+    """Solve once more for what is left where constraints gave way: the rates are to be on them to round-off."""
+    code, nv, m = lanes.code, w.nv, lanes.m
+    found, left = w.right, w.unsolved
+    with code.each(nv) as i:
+        total = code.variable(left[i])
+        with code.each(nv) as j:
+            total.value = code.fused(-w.end.mass[i * nv + j], found[j], total.value)
+        with code.each(m) as k:
+            total.value = code.fused(w.end.gradient[k * nv + i], found[nv + k], total.value)
+        left[i] = total.value
+    with code.each(m) as k:
+        total = code.variable(left[nv + k])
+        with code.each(nv) as i:
+            total.value = code.fused(-w.end.gradient[k * nv + i], found[i], total.value)
+        left[nv + k] = total.value
+    dense_lu.solve(code, Real(w.matrix), w.pivots, w.n_rows, Real(left))
+    with code.each(w.n_rows) as i:
+        found[i] = found[i] + left[i]

@@ -191,9 +191,9 @@ class Collector:
             chunks = [store.rows(k) for k in range(store.n_chunks)]
             known = {store.rows(k)[0]: k for k in store.done()} if plan.options.resume else {}
         else:
-            size = block_size(plan) if plan.options.executor is None else chunk_size(plan, self.wanted)
-            starts = range(self.n_done, plan.members.n, size)
-            chunks = [(k, min(k + size, plan.members.n)) for k in starts]
+            block, places = block_size(plan), n_places(plan.options)
+            size = block if plan.options.executor is None else chunk_size(plan, self.wanted)
+            chunks = chunks_between(self.n_done, plan.members.n, size, block, places)
         whole = {first for first, k in known.items() if self._is_whole(k)}
         forged = forged_chunks(plan, self._kept, store, [known[first] for first in whole]) if whole else []
         for k in forged:
@@ -245,6 +245,21 @@ class Collector:
             verdicts=self._verdicts if self.store is None else StoredVerdicts(self.store),
             reduced={reduction.name: reduction.result() for reduction in self._reduced},
         )  # fmt: skip
+
+
+def chunks_between(first: int, end: int, size: int, block: int, places: int) -> list[tuple[int, int]]:
+    """Return chunks of so many members, shorter ones at the end, of whole blocks, so that all places end together.
+
+    There each takes its share of half of what is left: guided self-scheduling (Polychronopoulos, Kuck, IEEE Trans.
+    Comput. C-36 (1987) 1425).
+    """
+    chunks = []
+    while first < end:
+        share = -(-(end - first) // (2 * places * block)) * block
+        last = min(first + max(min(size, share), block), end)
+        chunks.append((first, last))
+        first = last
+    return chunks
 
 
 def chunk_size(plan: Plan, wanted: Wanted) -> int:

@@ -67,7 +67,9 @@ def in_order(
             yield waiting.popleft().result()
     finally:
         for future in waiting:
-            with contextlib.suppress(Exception):  # of an executor that is closed already: there is nothing to cancel
+            with contextlib.suppress(
+                Exception
+            ):  # of an executor that is closed already: there is nothing to cancel
                 future.cancel()
 
 

@@ -269,8 +269,10 @@ class Starts:
         return entries.reshape(len(states), self.system.m, self.system.nv)
 
     def _values(self, function: str, parameters: np.ndarray, states: np.ndarray) -> np.ndarray:
-        found = evaluate_members(self.system, function, parameters, np.array([self.t]), states[:, None])
-        return found[:, 0]
+        if len(states) and (parameters == parameters[0]).all():  # states of one member are evaluated faster
+            times = np.full(len(states), self.t)
+            return evaluate_members(self.system, function, parameters[:1], times, states[None])[0]
+        return evaluate_members(self.system, function, parameters, np.array([self.t]), states[:, None])[:, 0]
 
 
 def _sought(system: System, given: Collection[str]) -> frozenset[str]:

@@ -295,6 +295,13 @@ class Code:
         first, second = (self.new(f"extractvalue {{{kind}, {kind}}} {pair.text}, {k}", LANES) for k in (0, 1))
         return first, second
 
+    def lanes_of(self, numbers: list[Value]) -> Value:
+        """Numbers, one for each lane."""
+        kind, whole = self.type_of(LANES), "poison"
+        for lane, number in enumerate(numbers):
+            whole = self.new(f"insertelement {kind} {whole}, double {number.text}, i32 {lane}", LANES).text
+        return Value(self, whole, LANES)
+
     def of_lane(self, a: Value, lane: int) -> Value:
         """The number of one lane."""
         return self.new(f"extractelement {self.type_of(LANES)} {a.text}, i32 {lane}", NUMBER)

@@ -13,6 +13,8 @@ import functools
 from symgen.runtime.taylor.graph import CONVOLUTIONS
 from symgen.runtime.taylor.motion import Motion
 
+_FEW_UNKNOWNS = 3
+LINEAR = ("integral", "shift", "add", "sub", "neg", "scale", "kept")
 _OUTPUT_LEAD = 2  # of coordinates whose rates are not their derivatives: they reach the order of all others
 
 
@@ -29,8 +31,14 @@ class Plan:
         Series whose newest coefficient waits for the unknowns.
     closed_later : set of int
         Open series whose newest coefficient is read again at later orders, so that they must be corrected.
+    spreading : set of int
+        Of these, what products, quotients, roots and powers among them are made of, directly or by sums: their
+        corrections are needed by themselves.
     kept : set of int
         Series of which older coefficients are read.
+    by_weights : bool
+        Whether what the equations are made of enters the solution directly, each product by a weight for each unknown,
+        in place of sums along the way to the equations.
     depth : dict of int to int
         How many operations the newest coefficient has to wait for, in its step.
     """
@@ -42,7 +50,9 @@ class Plan:
         self.order = self._sorted()
         self.open = self._open()
         self.kept, self.closed_later = self._kept()
+        self.spreading = self._spreading()
         self.depth = self._depths()
+        self.by_weights = self._is_short_by_weights()
 
     @functools.cached_property
     def convolutions(self) -> list[int]:
@@ -111,22 +121,10 @@ class Plan:
             depth[node] = 1 + max((depth[a] for a in self._newest(node)), default=late)
         return depth
 
-    def linear_terms(self, node: int) -> list[tuple[list[int], bool, int]]:
-        """A sum as its terms: constant factors, whether to be subtracted, and the series."""
-        g, found = self.graph, []
-        pending = [([], False, node)]
-        while pending:
-            factors, negative, term = pending.pop()
-            kind, args = g.op[term], g.args[term]
-            if g.is_constant(term) or kind not in ("add", "sub", "neg", "scale"):
-                found.append((factors, negative, term))
-            elif kind == "scale":
-                pending.append(([*factors, args[0]], negative, args[1]))
-            else:
-                pending.append((factors, negative != (kind != "add"), args[-1]))
-                if kind != "neg":
-                    pending.append((factors, negative, args[0]))
-        return found
+    def _is_short_by_weights(self) -> bool:
+        kinds, n = self.graph.op, len(self.motion.unknowns)
+        sums = sum(kinds[node] in LINEAR for node in self.open - set(self.motion.unknowns))
+        return n <= _FEW_UNKNOWNS and n * sum(kinds[node] in CONVOLUTIONS for node in self.open) < sums
 
     def _kept(self) -> tuple[set[int], set[int]]:
         """Series of which older coefficients are read; of these and what they are made of, the open ones."""
@@ -151,3 +149,13 @@ class Plan:
                 closed.add(node)
                 pending += [a for a in self._newest(node) if a in self.open]
         return kept, closed
+
+    def _spreading(self) -> set[int]:
+        found: set[int] = set()
+        pending = [node for node in self.closed_later if self.graph.op[node] not in LINEAR]
+        while pending:
+            for a in self._newest(pending.pop()):
+                if a in self.open and a not in found:
+                    found.add(a)
+                    pending.append(a)
+        return found

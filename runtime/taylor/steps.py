@@ -10,9 +10,9 @@ from fractions import Fraction
 from symgen.runtime.code.llvm_text import constant
 from symgen.runtime.errors import Refusal
 from symgen.runtime.taylor.code import ONE, Code, Value
-from symgen.runtime.taylor.graph import SOLVED, SeriesGraph
+from symgen.runtime.taylor.graph import CONVOLUTIONS, SOLVED, SeriesGraph
 from symgen.runtime.taylor.motion import Motion
-from symgen.runtime.taylor.plan import Plan
+from symgen.runtime.taylor.plan import LINEAR, Plan
 from symgen.runtime.taylor.reactions import Reactions
 
 _MOST_PRODUCTS = 4
@@ -341,7 +341,24 @@ class Solver:
         return [*found[:n], *(code.neg(x) for x in found[n:])]
 
 
-_FEW_UNKNOWNS = 3
+@dataclass(frozen=True)
+class Leaf:
+    """What the equations are made of that is known before the unknowns of an order are.
+
+    Attributes
+    ----------
+    node : int
+    lead : int
+        It enters with its coefficient of order k + lead.
+    is_open : bool
+        Whether it is a product, quotient, root or power that has open factors, without what it owes to them.
+    """
+
+    node: int
+    lead: int
+    is_open: bool
+
+
 _EXACT_RECIPROCALS = 12  # up to here 1 / n is taken in two parts; further terms are small
 FIRST_STEP = -2  # series lead by 2 at most: their coefficient 0 comes at step -2
 
@@ -353,7 +370,8 @@ class Steps(Start):
         super().__init__(code, plan.graph)
         self.plan, self.n_y, self.n_rows = plan, n_y, n_rows
         self.factors: Factors | Solver | None = None
-        self._weights: dict[int, list[Value]] | None = None
+        self._partial: dict[int, Value] = {}
+        self._weights: list[tuple[Leaf, list[Value]]] | None = None
         self._frictions: list[tuple[dict[int, Value], dict[int, Value]]] = []
 
     # The newest coefficients of one step: order `k` + lead.
@@ -391,9 +409,16 @@ class Steps(Start):
             self.code.begin_piece(max(self.k, 0))
 
     def _provisional(self, node: int, n: int) -> Value:
-        if n == 0 and (self.k < 0 or node not in self.plan.open or self._known_at_start):
+        is_open = node in self.plan.open
+        if n == 0 and (self.k < 0 or not is_open or self._known_at_start):
             return self.initial(node)
-        return self._coefficient(node, n)
+        if not (is_open and self.k >= 0 and self.plan.by_weights):
+            return self._coefficient(node, n)
+        if (
+            self.plan.graph.op[node] in CONVOLUTIONS
+        ):  # without what it owes to other open series: these are None
+            self._partial[node] = self._coefficient(node, n)
+        return None
 
     def _coefficient(self, node: int, n: int) -> Value:
         g, code = self.graph, self.code
@@ -402,14 +427,12 @@ class Steps(Start):
             return None
         if kind == "time":
             return ONE if n == 1 else None
-        if kind in ("add", "sub", "neg"):
-            parts = [self.at(a, n) for a in args]
-            return getattr(code, kind)(*parts)
+        if kind == "neg":
+            return code.neg(self.at(args[0], n))
+        if kind in ("add", "sub"):
+            return self._sum_of_two(kind == "sub", *args, n)
         if kind == "scale":
-            constant, inner = self.constant(args[0]), args[1]
-            if g.op[inner] == "shift":  # two factors that are known long before the series
-                return code.mul(code.mul(constant, self.whole(n + 1)), self.at(g.args[inner][0], n + 1))
-            return code.mul(constant, self.at(inner, n))
+            return code.mul(*self._scaled(node, n))
         if kind == "kept":
             return code.kept(self.constant(args[0]), self.at(args[1], n))
         if kind == "integral":
@@ -423,6 +446,29 @@ class Steps(Start):
             return total
         rest = code.sub(self.at(args[0], n), total)
         return code.mul(rest, self.inverse(node))
+
+    def _scaled(self, node: int, n: int) -> tuple[Value, Value]:
+        """The coefficient of order n of a multiple, as what is known long before the series, and what is not."""
+        factor, inner = self.graph.args[node]
+        if self.graph.op[inner] == "shift":
+            known = self.code.mul(self.constant(factor), self.whole(n + 1))
+            return known, self.at(self.graph.args[inner][0], n + 1)
+        return self.constant(factor), self.at(inner, n)
+
+    def _sum_of_two(self, is_difference: bool, a: int, b: int, n: int) -> Value:
+        """The coefficient of order n of a + b or a - b; a multiple among them is one operation with the sum."""
+        code, is_multiple = self.code, self._is_multiple
+        if is_multiple(b):
+            factor, series = self._scaled(b, n)
+            return (code.fnma if is_difference else code.fma)(factor, series, self.at(a, n))
+        if is_multiple(a):
+            factor, series = self._scaled(a, n)
+            other = self.at(b, n)
+            return code.fma(factor, series, code.neg(other) if is_difference else other)
+        return (code.sub if is_difference else code.add)(self.at(a, n), self.at(b, n))
+
+    def _is_multiple(self, node: int) -> bool:
+        return self.graph.op[node] == "scale" and not self.graph.is_constant(node)
 
     def at(self, node: int, n: int) -> Value:
         """The coefficient of order n; of a constant, it is there at order 0 only."""
@@ -526,39 +572,98 @@ class Steps(Start):
         """Accelerations and multipliers, from the residual at zero."""
         motion, code = self.plan.motion, self.code
         n = len(motion.rates)
-        if len(motion.unknowns) <= _FEW_UNKNOWNS:
-            solution = self._solve_by_terms()
+        if self.plan.by_weights:
+            solution = self._solve_by_weights()
         else:
             solution = self.factors.solve([code.neg(self.at(node, self.k)) for node in motion.equations])
         return [*solution[:n], *(code.neg(value) for value in solution[n:])]
 
-    def _solve_by_terms(self) -> list[Value]:
-        """The inverse times the equations, term by term, the latest terms last: the shortest way to the result."""
-        code, depth = self.code, self.plan.depth
+    def _solve_by_weights(self) -> list[Value]:
+        """The solution from what the equations are made of, the latest parts last: the shortest way to the result."""
+        code = self.code
         if self._weights is None:
-            self._weights = self._term_weights()
-        newest = sorted(self._weights, key=lambda term: (depth.get(term, 0), term))
-        terms = [(self.at(term, self.k), self._weights[term]) for term in newest]
+            self._weights = self._leaf_weights()
+        values = [(self._leaf_value(leaf), weights) for leaf, weights in self._weights]
         solution: list[Value] = []
         for i in range(len(self.plan.motion.unknowns)):
             total: Value = None
-            for value, weights in terms:
+            for value, weights in values:
                 total = code.fma(weights[i], value, total)
             solution.append(total)
         return solution
 
-    def _term_weights(self) -> dict[int, list[Value]]:
-        """What each term of the equations, where it is 1, adds to the solution."""
-        motion, code = self.plan.motion, self.code
-        right: dict[int, list[Value]] = {}
+    def _leaf_value(self, leaf: Leaf) -> Value:
+        """What is known of a leaf before the unknowns are, times (k + lead)! / k!."""
+        value = self._partial[leaf.node] if leaf.is_open else self.at(leaf.node, self.k + leaf.lead)
+        for i in range(leaf.lead):
+            value = self.code.mul(value, self.whole(self.k + i + 1))
+        return value
+
+    def _leaf_weights(self) -> list[tuple[Leaf, list[Value]]]:
+        """What each leaf of the equations, where it is 1, adds to the solution; the latest leaves last.
+
+        All that is linear in the newest coefficients has factors of order 0. So the equations' derivatives by each
+        series are found once, from the equations down to the leaves.
+        """
+        plan, motion = self.plan, self.plan.motion
+        rows = range(len(motion.equations))
+        found: dict[Leaf, list[Value]] = {}
         for row, equation in enumerate(motion.equations):
-            for factors, negative, term in self.plan.linear_terms(equation):
-                value: Value = ONE
-                for factor in factors:
-                    value = code.mul(value, self.constant(factor))
-                column = right.setdefault(term, [None] * len(motion.equations))
-                column[row] = code.add(column[row], value if negative else code.neg(value))
-        return {term: self.factors.solve(column) for term, column in right.items()}
+            self._add_derivative(found, equation, 0, [self.code.neg(ONE) if i == row else None for i in rows])
+        for node in reversed(plan.order):
+            lead = plan.lead[node]
+            leaf = Leaf(node, lead, is_open=True)
+            if leaf not in found or node in motion.unknowns:
+                continue
+            self._breathe()
+            kind = self.graph.op[node]
+            offset = {"integral": -1, "shift": 1}.get(kind, 0)
+            for a, factor in self._derivatives(node):
+                self._add_derivative(found, a, lead + offset, [factor(x) for x in found[leaf]])
+            if kind in LINEAR:
+                del found[leaf]
+        leaves = [leaf for leaf in found if leaf.node not in motion.unknowns or not leaf.is_open]
+        leaves.sort(key=lambda leaf: (plan.depth.get(leaf.node, 0), leaf.node, leaf.lead))
+        return [(leaf, self.factors.solve(found[leaf])) for leaf in leaves]
+
+    def _add_derivative(
+        self, found: dict[Leaf, list[Value]], node: int, lead: int, values: list[Value]
+    ) -> None:
+        """Add to the derivatives by a coefficient of order k + lead; of known multiples, by what is known."""
+        g, code = self.graph, self.code
+        while g.op[node] in ("scale", "neg") and not g.is_constant(node) and not self._is_newest(node, lead):
+            *factor, node = g.args[node]
+            values = [code.mul(self.constant(factor[0]), x) if factor else code.neg(x) for x in values]
+        leaf = Leaf(node, lead, self._is_newest(node, lead))
+        before = found.get(leaf, [None for _ in values])
+        found[leaf] = [code.add(a, b) for a, b in zip(before, values)]
+
+    def _is_newest(self, node: int, lead: int) -> bool:
+        """Whether the coefficient of order k + lead waits for the unknowns."""
+        return node in self.plan.open and self.plan.lead[node] == lead
+
+    def _derivatives(self, node: int) -> list[tuple[int, Callable[[Value], Value]]]:
+        """What an open series' newest coefficient is made of, and by which factor, both times (k + lead)! / k!.
+
+        Of products, quotients, roots and powers the open ones alone: the others are part of what is known of them.
+        """
+        g, code = self.graph, self.code
+        kind, args = g.op[node], g.args[node]
+        if kind in ("integral", "shift", "neg", "add", "sub"):
+            signs = {"neg": (True,), "sub": (False, True)}.get(kind, (False, False))
+            return [(a, code.neg if negative else (lambda x: x)) for a, negative in zip(args, signs)]
+        if kind in ("scale", "kept"):
+            constant, combine = self.constant(args[0]), code.mul if kind == "scale" else code.kept
+            return [(args[1], lambda x: combine(constant, x))]
+        found = []
+        newest = self._newest_args(node)
+        for i, a in enumerate(args):
+            if a in newest and a in self.plan.open:
+                unit: list[Value] = [None for _ in args]
+                unit[i] = ONE
+                factor = self._with_change(node, unit, None)
+                found.append((a, lambda x, factor=factor: code.mul(factor, x)))
+        return found
 
     def _correct(self) -> None:
         """Solve for the unknowns of this order, and correct the open coefficients that are read again."""
@@ -566,16 +671,43 @@ class Steps(Start):
         if not plan.motion.unknowns or (self.k == 0 and self._known_at_start):
             return
         change = dict(zip(plan.motion.unknowns, self._solve()))
+        scaled: dict[tuple[int, int], Value] = {}
         for node in plan.order:
             if node not in plan.closed_later:
                 continue
             self._breathe()
-            if node not in change:
+            if not plan.by_weights and node in plan.spreading and node not in change:
                 change[node] = self._change(node, change)
-            lead = plan.lead[node]
-            before = self.at(node, self.k + lead)
-            self.set(node, self.corrected(before, change[node], lead))
+            self.set(node, self._final(node, change, scaled))
             self.settled(node)
+
+    def _final(self, node: int, change: dict[int, Value], scaled: dict[tuple[int, int], Value]) -> Value:
+        """The newest coefficient of an open series, with the unknowns and all that is made of these known.
+
+        Parameters
+        ----------
+        change : dict
+            Of unknowns, and of series whose corrections others need, times (k + lead)! / k!.
+        scaled : dict of (node, lead) to Value
+            These times k! / (k + lead)!; filled here.
+        """
+        kind, lead = self.graph.op[node], self.plan.lead[node]
+        if kind in LINEAR:  # as before, of what is corrected by now: shorter than to correct each
+            return self._coefficient(node, self.k + lead)
+        before = self.at(node, self.k + lead)
+        if node in change:  # so are the unknowns
+            return self.corrected(before, change[node], lead)
+        newest, parts = self._newest_args(node), []
+        for a in self.graph.args[node]:
+            if a not in newest or a not in self.plan.open:
+                parts.append(None)
+            elif self.plan.by_weights:
+                parts.append(self.at(a, self.k + lead))
+            else:
+                if (a, lead) not in scaled:
+                    scaled[a, lead] = self.corrected(None, change[a], lead)
+                parts.append(scaled[a, lead])
+        return self._with_change(node, parts, self._partial[node] if self.plan.by_weights else before)
 
     def set(self, node: int, value: Value) -> None:
         """Replace the newest coefficient."""
@@ -583,13 +715,8 @@ class Steps(Start):
 
     def _change(self, node: int, change: dict[int, Value]) -> Value:
         """The correction of a series, times (k + lead)! / k!, from those of what it is made of."""
-        g, code = self.graph, self.code
-        kind, args = g.op[node], g.args[node]
-        newest = {
-            a
-            for a, offset in self.plan.series_args(node)
-            if self.plan.lead[a] == self.plan.lead[node] + offset
-        }
+        kind, args, code = self.graph.op[node], self.graph.args[node], self.code
+        newest = self._newest_args(node)
         parts = [change.get(a) if a in newest else None for a in args]
         if kind in ("integral", "shift"):
             return parts[0]
@@ -599,15 +726,29 @@ class Steps(Start):
             return code.mul(self.constant(args[0]), parts[1])
         if kind == "kept":
             return code.kept(self.constant(args[0]), parts[1])
+        return self._with_change(node, parts, None)
+
+    def _newest_args(self, node: int) -> set[int]:
+        """What a series is made of whose newest coefficient its own newest one needs."""
+        lead = self.plan.lead
+        return {a for a, offset in self.plan.series_args(node) if lead[a] == lead[node] + offset}
+
+    def _with_change(self, node: int, parts: list[Value], before: Value) -> Value:
+        """What a product, quotient, root or power becomes as the newest coefficients of its parts change."""
+        g, code = self.graph, self.code
+        kind, args = g.op[node], g.args[node]
         if kind == "mul":
-            total = code.mul(parts[0], None if parts[0] is None else self.initial(args[1]))
-            return code.fma(parts[1], None if parts[1] is None else self.initial(args[0]), total)
+            total = before
+            for part, other in zip(parts, reversed(args)):
+                if part is not None:
+                    total = code.fma(part, self.initial(other), total)
+            return total
         rest = parts[0]
         if kind == "div" and parts[1] is not None:
             rest = code.fnma(self.initial(node), parts[1], rest)
         if kind == "power":
             rest = code.mul(rest, code.mul(constant(g.data[node][0]), self.initial(node)))
-        return code.mul(rest, self.inverse(node))
+        return code.fma(rest, self.inverse(node), before)
 
     # Results.
 
