@@ -50,7 +50,6 @@ EXPLICIT_BELOW = 3e-11  # at tighter tolerances the high order wins even on stif
 _ORDER_9_BELOW = 3e-5  # rtol from which on the longer steps of radau9 repay their larger Newton systems
 _FIRST_STAGE, _LATER_STAGES = 20, (80, 300)  # explicit steps that are looked at
 _SCOUT_STEPS = 400
-_MARGIN = 0.25  # of what may be stiff, where energy is lost: motions below that after the first stage are not followed
 _SETTLED = 4.0  # times the mean step of the first stage: a longer last one is still growing
 _STEPS_TO_GROW, _COMPARED_STEPS = 20, 20
 # A choice is made as for a long run, of so many radians of the fastest motion: a run does not depend on where it ends.
@@ -191,8 +190,8 @@ def _is_ill_conditioned(system: System, p: np.ndarray, t: float, state: np.ndarr
 def why_stiff(system: System, p: np.ndarray, t: float, state: np.ndarray, rtol: float, atol: float) -> str:
     """Return why the motion is stiff, by its start and by explicit steps; an empty string where it is not.
 
-    Those steps come in stages. Where the end of the first one shows nothing near stiffness, nor anything that dies out,
-    that is all: most models are like that, and choosing takes as long as a short run.
+    Those steps come in stages. Where no energy is lost, and the end of the first one shows nothing fast, that is all:
+    choosing takes as long as a short run.
     """
     if rtol < EXPLICIT_BELOW:
         return ""
@@ -260,29 +259,6 @@ def _look_at(scales: TimeScales, slow: float, rest: float, h: float) -> _Look:
     return _Look(h, max(slow, 1.0 / rest), scales.fastest, scales.damping, scales.damping > least)
 
 
-def _stays_calm(system: System, p: np.ndarray, t: float, scouting: LoopArrays, halfway: float) -> bool:
-    """Whether the first steps from `t` on came to nothing that is fast beside the motion, or that dies out.
-
-    What has come to rest may be held by stability alone, and what still grows may come to it: later steps show that.
-    Where no energy is lost nothing dies out, whatever the motion linearised at one instant looks like.
-
-    Parameters
-    ----------
-    halfway : float [1/s]
-        How fast the state changed halfway through the steps: at their end a swing may be turning back.
-    """
-    h, q, v = scouting.h_last, scouting.y[: system.nq], scouting.y[system.nq : system.nq + system.nv]
-    if h > _SETTLED * (scouting.t - t) / _FIRST_STAGE:
-        return False
-    scales = time_scales(system, p, scouting.t, q, v)
-    rest = _AHEAD / scales.fastest if scales.fastest > 0.0 else np.inf
-    look = _look_at(scales, float(change_rate(system, q, v)), rest, h)
-    # Velocity constraints make motions die out without losing energy.
-    if system.structure["conservative"] and not system.nn:
-        return look.fastest < STIFFNESS_RATIO * max(halfway, look.slow)
-    return not look.decays and look.fastest < _MARGIN * STIFFNESS_RATIO * look.slow
-
-
 def _look_ahead(system: System, p: np.ndarray, t: float, state: np.ndarray, scouting: LoopArrays) -> str:
     """Take explicit steps, in stages; returns why the motion is stiff, an empty string where it is not."""
     nq, y = system.nq, scouting.y[: system.nq + system.nv]
@@ -290,7 +266,7 @@ def _look_ahead(system: System, p: np.ndarray, t: float, state: np.ndarray, scou
     halfway = float(change_rate(system, y[:nq], y[nq:]))
     scouting.advance(np.inf, _FIRST_STAGE - _FIRST_STAGE // 2, keep_log=True)
     went = scouting.h_last > 0.0 and bool(np.isfinite(y).all())  # else the run will say why
-    if went and _stays_calm(system, p, t, scouting, halfway):
+    if went and _keeps_its_energy(system) and _stays_calm(system, p, t, scouting, halfway):
         return ""
     start = time_scales(system, p, t, state[:nq], state[nq:])
     if reason := _why_stiff_at_start(start):
@@ -315,6 +291,28 @@ def _look_ahead(system: System, p: np.ndarray, t: float, state: np.ndarray, scou
     if not limited and changes[-1] < _COME_TO_REST * max(changes):
         return ""
     return _why_implicit(system, p, scouting, look, limited and look.decays, until)
+
+
+def _keeps_its_energy(system: System) -> bool:
+    """Whether nothing dies out, so that what is fast shows soon: velocity constraints calm motions without a loss."""
+    return bool(system.structure["conservative"]) and not system.nn
+
+
+def _stays_calm(system: System, p: np.ndarray, t: float, scouting: LoopArrays, halfway: float) -> bool:
+    """Whether the first steps from `t` on, no longer growing, came to nothing that is fast beside the motion.
+
+    Decays do not count: the motion linearised at one instant may have some where none lasts.
+
+    Parameters
+    ----------
+    halfway : float [1/s]
+        How fast the state changed halfway through the steps: at their end a swing may be turning back.
+    """
+    q, v = scouting.y[: system.nq], scouting.y[system.nq : system.nq + system.nv]
+    if scouting.h_last > _SETTLED * (scouting.t - t) / _FIRST_STAGE:
+        return False
+    slow = max(halfway, float(change_rate(system, q, v)))
+    return time_scales(system, p, scouting.t, q, v).fastest < STIFFNESS_RATIO * slow
 
 
 def _why_implicit(
