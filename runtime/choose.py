@@ -175,7 +175,7 @@ def _too_large_for_series(system: System, rtol: float) -> str:
 
 def _left_out(system: System, p: np.ndarray, t: float, state: np.ndarray) -> str:
     """Return why the equations that leave constraints out do not hold for this run; an empty string where they do."""
-    if not system.dependent or dependence.has_dependence(system, p, t, state[: system.nq]):
+    if not system.dependent or _depends_as_derived(system, p, t, state[: system.nq]):
         return ""
     names = ", ".join(system.constraints[k]["name"] for k in system.dependent)
     return (
@@ -183,8 +183,22 @@ def _left_out(system: System, p: np.ndarray, t: float, state: np.ndarray) -> str
     )
 
 
+def _depends_as_derived(system: System, p: np.ndarray, t: float, q: np.ndarray) -> bool:
+    if _is_expected(system):
+        return kkt.expectation(system, p, t, q).depends_as_derived
+    return dependence.has_dependence(system, p, t, q)
+
+
 def _is_ill_conditioned(system: System, p: np.ndarray, t: float, state: np.ndarray) -> bool:
-    return kkt.is_ill_conditioned(system, p, t, state[: system.nq])
+    q = state[: system.nq]
+    if _is_expected(system):
+        return kkt.expectation(system, p, t, q).is_ill_conditioned
+    return kkt.is_ill_conditioned(system, p, t, q)
+
+
+def _is_expected(system: System) -> bool:
+    """Whether loops ask the same of the state at which they begin: then the answer is kept."""
+    return not (is_large(system) or system.switched)
 
 
 def why_stiff(system: System, p: np.ndarray, t: float, state: np.ndarray, rtol: float, atol: float) -> str:
