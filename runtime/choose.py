@@ -14,10 +14,12 @@ from symgen.runtime.errors import RuntimeModelError, nearest
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.large_models import has_sparse_form, suited_to_size
 from symgen.runtime.integrate.methods import METHODS, Method, find_method
+from symgen.runtime.kept_arrays import borrow, give_back
 from symgen.runtime.lazy import Late
 from symgen.runtime.loop_arrays import LoopArrays
 from symgen.runtime.options import RunOptions, time_resolution
 from symgen.runtime.positions import Positions
+from symgen.runtime.record import record
 from symgen.runtime.size import is_large
 
 if TYPE_CHECKING:
@@ -46,7 +48,9 @@ STIFFNESS_RATIO = 100.0
 _MIN_DECAYS_OF_VIBRATION = 100.0  # a vibration that dies out is not worth following, one that lasts is
 EXPLICIT_BELOW = 3e-11  # at tighter tolerances the high order wins even on stiff models
 _ORDER_9_BELOW = 3e-5  # rtol from which on the longer steps of radau9 repay their larger Newton systems
-_FIRST_LOOK, _SCOUT_STEPS = 100, 400
+_FIRST_STAGE, _LATER_STAGES = 20, (80, 300)  # explicit steps that are looked at
+_SCOUT_STEPS = 400
+_SETTLED = 4.0  # times the mean step of the first stage: a longer last one is still growing
 _STEPS_TO_GROW, _COMPARED_STEPS = 20, 20
 # A choice is made as for a long run, of so many radians of the fastest motion: a run does not depend on where it ends.
 _AHEAD = 1e7
@@ -99,10 +103,7 @@ def choose_method(
     if system.switches:
         begins = at_start.form_at_start(system, METHODS[EXPLICIT], p, t, state, rtol, atol)
     form, held, first = begins
-    scales = time_scales(form, held, t, first[: system.nq], first[system.nq :])
-    reason = stiff_at_start(scales, rtol)
-    if not reason and rtol >= EXPLICIT_BELOW and scales.fastest > 0.0:
-        reason = scout(form, held, t, first, t + _AHEAD / scales.fastest, rtol, atol)
+    reason = why_stiff(form, held, t, first, rtol, atol)
     if reason:
         stiff = stiff_method(rtol)
         return METHODS[stiff], [f"method auto: {stiff}, because {reason}"]
@@ -126,11 +127,11 @@ def objection_to_series(system: System, p: np.ndarray, t: float, state: np.ndarr
     guess = step_costs.time_ratio(system, rtol)
     if guess > _CLEAR:
         return _DEARER.format(operations)
-    if reason := misfit_of_series(system, p, t, state, rtol):
+    if reason := _misfit(system, p, t, state):
         return reason
     if guess > 1.0 / _CLEAR and step_costs.time_ratio(system, rtol, _costs_of_series(system)) > 1.0:
         return _DEARER.format(operations)
-    return ""
+    return _left_out(system, p, t, state)  # last, as it takes longest to say
 
 
 def _costs_of_series(system: System) -> step_costs.Costs:
@@ -139,8 +140,13 @@ def _costs_of_series(system: System) -> step_costs.Costs:
 
 def misfit_of_series(system: System, p: np.ndarray, t: float, state: np.ndarray, rtol: float) -> str:
     """Return why Taylor series cannot be had, or not in time, whatever their steps cost; else an empty string."""
-    if reason := _too_large_for_series(system, rtol) or _left_out(system, p, t, state):
-        return reason
+    return (
+        _too_large_for_series(system, rtol) or _misfit(system, p, t, state) or _left_out(system, p, t, state)
+    )
+
+
+def _misfit(system: System, p: np.ndarray, t: float, state: np.ndarray) -> str:
+    """Return why Taylor series cannot be had, whatever their size, as far as that is said in short time."""
     if system.m and not system.kernel("rhs")(t, state, p)[-1] >= _INDEPENDENT:
         return "constraints depend on each other at the start"
     if system.m and _is_ill_conditioned(system, p, t, state):
@@ -169,7 +175,7 @@ def _too_large_for_series(system: System, rtol: float) -> str:
 
 def _left_out(system: System, p: np.ndarray, t: float, state: np.ndarray) -> str:
     """Return why the equations that leave constraints out do not hold for this run; an empty string where they do."""
-    if not system.dependent or dependence.has_dependence(system, p, t, state[: system.nq]):
+    if not system.dependent or _depends_as_derived(system, p, t, state[: system.nq]):
         return ""
     names = ", ".join(system.constraints[k]["name"] for k in system.dependent)
     return (
@@ -177,13 +183,52 @@ def _left_out(system: System, p: np.ndarray, t: float, state: np.ndarray) -> str
     )
 
 
+def _depends_as_derived(system: System, p: np.ndarray, t: float, q: np.ndarray) -> bool:
+    if _is_expected(system):
+        return kkt.expectation(system, p, t, q).depends_as_derived
+    return dependence.has_dependence(system, p, t, q)
+
+
 def _is_ill_conditioned(system: System, p: np.ndarray, t: float, state: np.ndarray) -> bool:
-    return kkt.is_ill_conditioned(system, p, t, state[: system.nq])
+    q = state[: system.nq]
+    if _is_expected(system):
+        return kkt.expectation(system, p, t, q).is_ill_conditioned
+    return kkt.is_ill_conditioned(system, p, t, q)
 
 
-def stiff_at_start(scales: TimeScales, rtol: float) -> str:
+def _is_expected(system: System) -> bool:
+    """Whether loops ask the same of the state at which they begin: then the answer is kept."""
+    return not (is_large(system) or system.switched)
+
+
+def why_stiff(system: System, p: np.ndarray, t: float, state: np.ndarray, rtol: float, atol: float) -> str:
+    """Return why the motion is stiff, by its start and by explicit steps; an empty string where it is not.
+
+    Those steps come in stages. Where no energy is lost, and the end of the first one shows nothing fast, that is all:
+    choosing takes as long as a short run.
+    """
+    if rtol < EXPLICIT_BELOW:
+        return ""
+    scouting = _scouting(system, METHODS[EXPLICIT], p, t, state, rtol, atol)
+    try:
+        return _look_ahead(system, p, t, state, scouting)
+    finally:
+        give_back(scouting)
+
+
+def _scouting(
+    system: System, method: Method, p: np.ndarray, t: float, state: np.ndarray, rtol: float, atol: float
+) -> LoopArrays:
+    """Return arrays for steps that are looked at and forgotten."""
+    return borrow(
+        system, method, p, t, state, frame_times=np.zeros(0), rtol=rtol, atol=atol, with_events=False,
+        log_length=_SCOUT_STEPS,
+    )  # fmt: skip
+
+
+def _why_stiff_at_start(scales: TimeScales) -> str:
     """Return why a run is stiff, judged by its start; an empty string where it is not, or only decays are seen."""
-    if rtol < EXPLICIT_BELOW or not scales.decay > 0.0 or scales.motion < _VISIBLE * scales.decay:
+    if not scales.decay > 0.0 or scales.motion < _VISIBLE * scales.decay:
         return ""
     ratio = scales.decay / scales.motion
     if ratio < STIFFNESS_RATIO:
@@ -193,72 +238,138 @@ def stiff_at_start(scales: TimeScales, rtol: float) -> str:
     )
 
 
-def scout(
-    system: System, p: np.ndarray, t: float, state: np.ndarray, until: float, rtol: float, atol: float
-) -> str:
-    """Take a few hundred explicit steps; returns why the motion is stiff, an empty string where it is not.
+@record(eq=False)
+class _Look:
+    """What a state shows that explicit steps came to.
+
+    Attributes
+    ----------
+    h : float [s]
+        The last step.
+    slow : float [1/s]
+        How fast the state changes, or what is left of the time in question.
+    fastest, damping : float [1/s]
+        Of the linearised motion, see `TimeScales`.
+    decays : bool
+        Whether the fastest motion dies out in that time.
+    """
+
+    h: float
+    slow: float
+    fastest: float
+    damping: float
+    decays: bool
+
+    def is_calm(self) -> bool:
+        """Whether nothing fast is there that explicit steps would have to follow, or be held by."""
+        vibrates_fast = self.fastest >= max(STIFFNESS_RATIO * self.slow, FOLLOWED / self.h)
+        return not vibrates_fast and not (self.decays and self.damping * self.h >= LIMITS)
+
+
+def _look_at(scales: TimeScales, slow: float, rest: float, h: float) -> _Look:
+    # What falls off a hilltop has a decay that its growth hides.
+    hidden = 2.0 * scales.eigenvalues.real.max(initial=0.0)
+    least = max(_MIN_DECAYS_OF_VIBRATION / rest, _VISIBLE * scales.fastest, hidden)
+    return _Look(h, max(slow, 1.0 / rest), scales.fastest, scales.damping, scales.damping > least)
+
+
+def _look_ahead(system: System, p: np.ndarray, t: float, state: np.ndarray, scouting: LoopArrays) -> str:
+    """Take explicit steps, in stages; returns why the motion is stiff, an empty string where it is not."""
+    nq, y = system.nq, scouting.y[: system.nq + system.nv]
+    scouting.advance(np.inf, _FIRST_STAGE // 2)
+    halfway = float(change_rate(system, y[:nq], y[nq:]))
+    scouting.advance(np.inf, _FIRST_STAGE - _FIRST_STAGE // 2, keep_log=True)
+    went = scouting.h_last > 0.0 and bool(np.isfinite(y).all())  # else the run will say why
+    if went and _keeps_its_energy(system) and _stays_calm(system, p, t, scouting, halfway):
+        return ""
+    start = time_scales(system, p, t, state[:nq], state[nq:])
+    if reason := _why_stiff_at_start(start):
+        return reason
+    if not went or not start.fastest > 0.0:
+        return ""
+    # The time up to which stiffness matters; the run may end before, or go on for longer.
+    until = t + _AHEAD / start.fastest
+    if scouting.t >= until:
+        return ""
+    changes = [float(change_rate(system, state[:nq], state[nq:]))]
+    for n_steps in _LATER_STAGES:
+        status = scouting.advance(until, n_steps, keep_log=True)
+        if status == at.REACHED_STOP or not np.isfinite(y).all():
+            return ""
+        scales = time_scales(system, p, scouting.t, y[:nq], y[nq:])
+        changes.append(float(change_rate(system, y[:nq], y[nq:])))
+        look = _look_at(scales, changes[-1], until - scouting.t, scouting.h_last)
+        if look.is_calm():
+            return ""
+    limited = scouting.counters[at.STIFF_COUNT] >= _STIFF_SIGNS
+    if not limited and changes[-1] < _COME_TO_REST * max(changes):
+        return ""
+    return _why_implicit(system, p, scouting, look, limited and look.decays, until)
+
+
+def _keeps_its_energy(system: System) -> bool:
+    """Whether nothing dies out, so that what is fast shows soon: velocity constraints calm motions without a loss."""
+    return bool(system.structure["conservative"]) and not system.nn
+
+
+def _stays_calm(system: System, p: np.ndarray, t: float, scouting: LoopArrays, halfway: float) -> bool:
+    """Whether the first steps from `t` on, no longer growing, came to nothing that is fast beside the motion.
+
+    Decays do not count: the motion linearised at one instant may have some where none lasts.
 
     Parameters
     ----------
-    until : float [s]
-        The time up to which that matters; the run may end before, or go on for longer.
+    halfway : float [1/s]
+        How fast the state changed halfway through the steps: at their end a swing may be turning back.
     """
-    arrays = LoopArrays(
-        system, METHODS[EXPLICIT], p, t, state, frame_times=np.zeros(0), rtol=rtol, atol=atol,
-        with_events=False, log_length=_SCOUT_STEPS,
-    )  # fmt: skip
-    changes = [float(change_rate(system, state[: system.nq], state[system.nq :]))]
-    for n_steps in (_FIRST_LOOK, _SCOUT_STEPS - _FIRST_LOOK):
-        status = arrays.advance(until, n_steps, keep_log=True)
-        if status == at.REACHED_STOP or not np.isfinite(arrays.y).all():
-            return ""
-        rest, h = until - arrays.t, arrays.h_last
-        if not h > 0.0:  # no step was taken: the run will say why
-            return ""
-        q, v = arrays.y[: system.nq], arrays.y[system.nq : system.nq + system.nv]
-        scales = time_scales(system, p, arrays.t, q, v)
-        changes.append(float(change_rate(system, q, v)))
-        slow = max(changes[-1], 1.0 / rest)
-        vibrates_fast = scales.fastest >= max(STIFFNESS_RATIO * slow, FOLLOWED / h)
-        # What falls off a hilltop has a decay that its growth hides.
-        hidden = 2.0 * scales.eigenvalues.real.max(initial=0.0)
-        decays = scales.damping > max(_MIN_DECAYS_OF_VIBRATION / rest, _VISIBLE * scales.fastest, hidden)
-        if not vibrates_fast and not (decays and scales.damping * h >= LIMITS):
-            return ""
-    limited = arrays.counters[at.STIFF_COUNT] >= _STIFF_SIGNS
-    if not limited and changes[-1] < _COME_TO_REST * max(changes):
-        return ""
-    # A vibration that goes on has to be followed by any method, and high order follows it best; unless it is so weak
-    # that nobody would miss it. One that has died out may limit explicit steps long before stability does, as
-    # derivatives of what stiff springs carry are large. And what stability limits may be slower still to follow: the
-    # step of a method for stiff motion shows all that.
+    q, v = scouting.y[: system.nq], scouting.y[system.nq : system.nq + system.nv]
+    if scouting.h_last > _SETTLED * (scouting.t - t) / _FIRST_STAGE:
+        return False
+    slow = max(halfway, float(change_rate(system, q, v)))
+    return time_scales(system, p, scouting.t, q, v).fastest < STIFFNESS_RATIO * slow
+
+
+def _why_implicit(
+    system: System, p: np.ndarray, there: LoopArrays, look: _Look, limited: bool, until: float
+) -> str:
+    """Return why a method for stiff motion takes less time from a state on; an empty string where it does not.
+
+    A vibration that goes on has to be followed by any method, and high order follows it best; unless it is so weak that
+    nobody would miss it. One that has died out may limit explicit steps long before stability does, as derivatives of
+    what stiff springs carry are large. And what stability limits may be slower still to follow: the step of a method
+    for stiff motion shows all that.
+
+    Parameters
+    ----------
+    limited : bool
+        Whether stability limits explicit steps.
+    """
+    h, rtol = look.h, float(there.control[at.RTOL])
     stiff = METHODS[stiff_method(rtol)]
-    says = f"stability limits the step of {EXPLICIT} to {h:.1e} s from t = {arrays.t:.3g} s on"
-    if limited and decays and scales.damping >= _HARD * slow:
+    says = f"stability limits the step of {EXPLICIT} to {h:.1e} s from t = {there.t:.3g} s on"
+    if limited and look.damping >= _HARD * look.slow:
         return says  # whatever steps are just there: it is stiffer than what changes in a motion by far
-    longer = _usual_step(system, stiff, p, arrays, until, rtol, atol)
-    if longer < (_WORTH_IMPLICIT if limited and decays else _WORTH_UNSEEN) * h:
+    longer = _usual_step(system, stiff, p, there, until)
+    if longer < (_WORTH_IMPLICIT if limited else _WORTH_UNSEEN) * h:
         return ""
-    if limited and decays:
+    if limited:
         return says
     return (
-        f"{EXPLICIT} takes steps of {h:.1e} s at t = {arrays.t:.3g} s where {stiff.name} takes {longer:.1e} s"
+        f"{EXPLICIT} takes steps of {h:.1e} s at t = {there.t:.3g} s where {stiff.name} takes {longer:.1e} s"
     )
 
 
-def _usual_step(
-    system: System, method: Method, p: np.ndarray, there: LoopArrays, until: float, rtol: float, atol: float
-) -> float:
+def _usual_step(system: System, method: Method, p: np.ndarray, there: LoopArrays, until: float) -> float:
     """Return how long steps of a method are from a state on, once they have grown [s]."""
-    arrays = LoopArrays(
-        system, method, p, there.t, there.y[: system.nq + system.nv], frame_times=np.zeros(0), rtol=rtol, atol=atol,
-        with_events=False, log_length=_STEPS_TO_GROW + _COMPARED_STEPS,
-    )  # fmt: skip
+    rtol, atol = (float(there.control[k]) for k in (at.RTOL, at.ATOL))
+    arrays = _scouting(system, method, p, there.t, there.y[: system.nq + system.nv], rtol, atol)
     began, n_steps = there.t, 0
     if arrays.advance(until, _STEPS_TO_GROW) != at.REACHED_STOP:
         began, n_steps = arrays.t, int(arrays.counters[at.STEPS])
         arrays.advance(until, _COMPARED_STEPS)
-    return (arrays.t - began) / max(int(arrays.counters[at.STEPS]) - n_steps, 1)
+    step = (arrays.t - began) / max(int(arrays.counters[at.STEPS]) - n_steps, 1)
+    give_back(arrays)
+    return step
 
 
 def stiff_method(rtol: float) -> str:

@@ -28,6 +28,8 @@ def borrow(
     atol: float,
     step: float = 0.0,
     energy_level: float = np.nan,
+    with_events: bool = True,
+    log_length: int = 4096,
     opening: object = None,
 ) -> LoopArrays:
     """Return arrays for a run, as `LoopArrays` are made of these arguments; those of a run before, if there are any.
@@ -44,7 +46,7 @@ def borrow(
     kept = None
     if not (system.events or system.input_descriptions) and frame_times.size * system.ny <= _LARGEST:
         kinds = vars(system).setdefault("_kept_arrays", {})
-        kind = id(method), frame_times.tobytes(), rtol, step, bool(np.isfinite(energy_level))
+        kind = id(method), frame_times.tobytes(), rtol, step, bool(np.isfinite(energy_level)), log_length
         if len(kinds) >= _MOST_KINDS and kind not in kinds:
             kinds.clear()
         kept = kinds.setdefault(kind, deque(maxlen=1))
@@ -68,6 +70,8 @@ def borrow(
         atol=atol,
         step=step,
         energy_level=energy_level,
+        with_events=with_events,
+        log_length=log_length,
     )
     arrays.home = kept
     return arrays

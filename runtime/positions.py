@@ -52,6 +52,19 @@ class Positions:
             moved[i : i + 4] = _rotated(q[i : i + 4], step[j : j + 3])
         return moved
 
+    def retractions(self, q: np.ndarray, steps: np.ndarray) -> np.ndarray:
+        """Return the retractions of small `steps`, shape (n, k, nv), at n places q, shape (n, nq), all at once.
+
+        They are what `retract` gives, but for round-off.
+        """
+        if not self.quaternions:
+            return q[:, None] + steps
+        moved = np.repeat(q[:, None], steps.shape[1], axis=1)
+        moved[..., self.plain_q] += steps[..., self.plain_v]
+        for i, j in self.quaternions:
+            moved[..., i : i + 4] = _all_rotated(q[:, None, i : i + 4], steps[..., j : j + 3])
+        return moved
+
     def derivatives(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return dq/dt = N v, shape (..., nq): v itself, and of quaternions half of their product with (0, ω)."""
         if not self.quaternions:
@@ -143,6 +156,15 @@ def _rotated(quaternion: np.ndarray, rotation: np.ndarray) -> np.ndarray:
     w, axis = np.cos(half), 0.5 * np.sinc(half / np.pi) * rotation
     scalar, vector = quaternion[0], quaternion[1:]
     return np.array([scalar * w - vector @ axis, *(scalar * axis + w * vector + np.cross(vector, axis))])
+
+
+def _all_rotated(quaternions: np.ndarray, rotations: np.ndarray) -> np.ndarray:
+    """As `_rotated`, of arrays of them, shapes (..., 4) and (..., 3) that broadcast."""
+    half = 0.5 * np.sqrt((rotations * rotations).sum(axis=-1, keepdims=True))
+    w, axis = np.cos(half), 0.5 * np.sinc(half / np.pi) * rotations
+    scalar, vector = quaternions[..., :1], quaternions[..., 1:]
+    turned = scalar * axis + w * vector + np.cross(vector, axis)
+    return np.concatenate([scalar * w - (vector * axis).sum(axis=-1, keepdims=True), turned], axis=-1)
 
 
 def _variation(rotation: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ to 1.25, but where one method is ahead by far.
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import TYPE_CHECKING
 
@@ -35,6 +36,7 @@ _MORE_STEPS = 0.18, 0.10, 0.012
 Costs = tuple[float, float, float]
 
 
+@functools.lru_cache(maxsize=256)
 def order_of(costs: Costs, rtol: float) -> int:
     """Return the order that needs the least time for a tolerance, as `taylor.order_for`, for a series of `costs`."""
     left_out = math.log(series.ERROR_FACTOR) - 0.7

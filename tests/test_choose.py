@@ -15,6 +15,7 @@ from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate import taylor
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.loop_arrays import LoopArrays
+from symgen.runtime.options import RunOptions
 from symgen.runtime.taylor.kernel import N_ROWS
 
 
@@ -190,3 +191,61 @@ def test_chains_of_operations_are_told_from_much_work():
     assert chains[1].latency == pytest.approx(2 * chains[0].latency, rel=0.1)
     assert chains[1].work == pytest.approx(2 * chains[0].work, rel=0.1)
     assert chains[0].latency / chains[0].work > 1.5 * arm.latency / arm.work
+
+
+def stages_of_scout(monkeypatch, system, rtol=1e-8):
+    """How many steps `auto` asks for at a time before it chooses."""
+    asked, advance = [], LoopArrays.advance
+
+    def counted(arrays, stop, max_steps, **more):
+        asked.append(max_steps)
+        return advance(arrays, stop, max_steps, **more)
+
+    start = system.initial_state()
+    monkeypatch.setattr(LoopArrays, "advance", counted)
+    options = RunOptions(t_end=1.0, rtol=rtol, atol=1e-2 * rtol)
+    method, _ = choose.choose_method(system, system.parameter_values(), np.concatenate(start[:2]), options)
+    return method.name, asked
+
+
+def test_a_look_at_a_few_steps_is_enough_where_nothing_is_near_stiffness(monkeypatch):
+    assert stages_of_scout(monkeypatch, derived("double_pendulum")) == ("taylor", [10, 10])
+    assert stages_of_scout(monkeypatch, derived("free_rigid_body")) == ("taylor", [10, 10])
+
+
+def test_what_is_stiff_or_dies_out_is_looked_at_further(monkeypatch):
+    name, asked = stages_of_scout(monkeypatch, derived("damped_spring_pendulum"))
+    assert name == "radau9" and asked[:3] == [10, 10, 80]
+    name, asked = stages_of_scout(monkeypatch, derived("seven_dof_arm"), rtol=1e-2)  # damped joints
+    assert name == "dop853" and asked[:3] == [10, 10, 80]
+
+
+def test_tight_tolerances_need_no_look(monkeypatch):
+    assert stages_of_scout(monkeypatch, derived("double_pendulum"), rtol=1e-11) == ("taylor", [])
+
+
+def test_arrays_of_a_scout_serve_the_next_choice():
+    """Whoever chose before with other starts, the choice and the reason are those of a model that is new."""
+    rtol, choices = 1e-9, []
+    options = RunOptions(t_end=1.0, rtol=rtol, atol=1e-2 * rtol)
+    system, other = derived("damped_spring_pendulum"), derived.__wrapped__("damped_spring_pendulum")
+    p, (q, v, *_) = system.parameter_values(), system.initial_state()
+    moved = np.concatenate([q + 0.01, v - 0.3])
+    choose.choose_method(system, p, np.concatenate([q, v]), options)
+    for one in (system, other):
+        method, why = choose.choose_method(one, p, moved, options)
+        choices.append((method.name, why))
+    assert choices[0] == choices[1]
+
+
+def test_a_prepared_run_chooses_once(monkeypatch):
+    """Then it takes what it chose, wherever it begins."""
+    run = derived("double_pendulum").prepare(
+        t_end=1.0, rtol=1e-7, parameters=["g"], start=["theta1"], output="end"
+    )
+    asked = []
+    monkeypatch.setattr("symgen.runtime.simulate.choose_method", lambda *given: asked.append(given))
+    ends = [run([9.81], [angle]).copy() for angle in (0.5, 1.0)]
+    runs = run.many([[9.81], [9.81]], [[0.5], [1.0]])
+    assert not asked and run.method == "taylor"
+    assert np.array_equal(runs.y, ends)

@@ -113,6 +113,16 @@ def test_kinematics_is_how_positions_are_moved(name):
     assert np.allclose(rhs[: system.nq], n @ v, atol=1e-14)
 
 
+@pytest.mark.parametrize("name", MODELS)
+def test_many_small_moves_at_once_are_those_made_one_by_one(name):
+    system = model(name)
+    positions, places = Positions(system), np.stack([random_state(system, k)[0] for k in (1, 2)])
+    steps = 1e-3 * np.random.default_rng(4).normal(size=(2, 5, system.nv))
+    steps[:, 0] = 0.0
+    one_by_one = [[positions.retract(q, step) for step in own] for q, own in zip(places, steps)]
+    assert np.allclose(positions.retractions(places, steps), one_by_one, rtol=0.0, atol=1e-15)
+
+
 @pytest.mark.parametrize("size", [1e-5, 0.5, 3.0])
 def test_chart_turns_by_rotation_vectors_and_knows_its_derivative(size):
     system = model("top_on_cart")

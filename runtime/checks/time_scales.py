@@ -57,6 +57,39 @@ class TimeScales:
         return 2.0 * np.pi / self.fastest if self.fastest > 0.0 else np.inf
 
 
+@record(eq=False)
+class _Places:
+    """Where in q and v of a model things are that rates of change ask for.
+
+    Attributes
+    ----------
+    positions : Positions
+    lengths : list of list of int
+        Coordinates that are lengths, of one subsystem each.
+    angles : list of int
+        Rates of angles.
+    states : list of int
+        First-order states, among the rates: values, and no speeds of anything.
+    """
+
+    positions: Positions
+    lengths: list[list[int]]
+    angles: list[int]
+    states: list[int]
+
+
+def _places_of(system: System) -> _Places:
+    """Return the places of a model, which are looked for once."""
+    found = vars(system).get("_places_of_rates")
+    if found is None:
+        positions = Positions(system)
+        pairs = zip(positions.plain_q.tolist(), positions.plain_v.tolist())
+        angles = [j for i, j in pairs if system.coordinates[i].get("unit") == "rad"]
+        found = _Places(positions, _lengths(system), angles, list(system.states))
+        vars(system)["_places_of_rates"] = found
+    return found
+
+
 def change_rate(system: System, q: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Return how fast states change [1/s], shape (...): the fastest of their rates, in radians or sizes of coordinates.
 
@@ -66,13 +99,16 @@ def change_rate(system: System, q: np.ndarray, v: np.ndarray) -> np.ndarray:
     ----------
     q, v : ndarray, shapes (..., nq) and (..., nv)
     """
+    places = _places_of(system)
     sizes = np.maximum(1.0, np.abs(q))
-    for together in _lengths(system):
+    for together in places.lengths:
         sizes[..., together] = sizes[..., together].max(axis=-1, keepdims=True)
-    sizes = Positions(system).per_rate(sizes, 1.0)
+    if places.positions.quaternions:
+        sizes = places.positions.per_rate(sizes, 1.0)
     speeds = np.abs(v) / sizes
-    speeds[..., list(system.states)] = 0.0  # values, and no speeds of anything
-    return np.max(speeds, axis=-1, initial=0.0)
+    if places.states:
+        speeds[..., places.states] = 0.0
+    return speeds.max(axis=-1, initial=0.0)
 
 
 def _lengths(system: System) -> list[list[int]]:
@@ -117,13 +153,13 @@ def _scales_of(system: System, q: np.ndarray, v: np.ndarray, eigenvalues: np.nda
     magnitudes, decays = np.abs(eigenvalues), -eigenvalues.real
     overdamped = decays > _OVERDAMPED * magnitudes
     motion = np.where(overdamped, 0.0, magnitudes).max(axis=1, initial=0.0)
-    fastest = magnitudes.argmax(axis=1)[:, None] if magnitudes.shape[1] else np.zeros((len(q), 0), dtype=int)
+    fastest = (np.arange(len(q)), magnitudes.argmax(axis=1)) if magnitudes.shape[1] else ()
     columns = (
         magnitudes.max(axis=1, initial=0.0),
         np.where(overdamped, decays, 0.0).max(axis=1, initial=0.0),
         # Swings and turns need steps even where the linearised motion is slow.
         np.maximum(motion, change_rate(system, q, v)),
-        np.take_along_axis(decays, fastest, axis=1).sum(axis=1),
+        decays[fastest] if fastest else np.zeros(len(q)),
         _turning(system, v),
     )
     return [
@@ -133,12 +169,9 @@ def _scales_of(system: System, q: np.ndarray, v: np.ndarray, eigenvalues: np.nda
 
 
 def _turning(system: System, v: np.ndarray) -> np.ndarray:
-    positions = Positions(system)
-    angles = [
-        j for i, j in zip(positions.plain_q, positions.plain_v) if system.coordinates[i].get("unit") == "rad"
-    ]
-    fastest = np.abs(v[:, angles]).max(axis=1, initial=0.0)
-    for _, j in positions.quaternions:
+    places = _places_of(system)
+    fastest = np.abs(v[:, places.angles]).max(axis=1, initial=0.0)
+    for _, j in places.positions.quaternions:
         fastest = np.maximum(fastest, np.linalg.norm(v[:, j : j + 3], axis=1))
     return fastest
 
@@ -178,19 +211,13 @@ def motion_jacobians(
     -------
     ndarray, shape (n, 2 nv, 2 nv)
     """
-    positions, n, nv = Positions(system), len(t), system.nv
+    positions, n, nv = _places_of(system).positions, len(t), system.nv
     sizes = np.maximum(1.0, np.abs(q)), np.maximum(1.0, np.abs(v))
     steps = _DIFFERENCE * np.hstack([positions.per_rate(sizes[0], 1.0), sizes[1]])
     changes = steps[:, :, None] * np.eye(2 * nv)
     changes = np.concatenate([changes, -changes], axis=1)
     states = np.empty((n, 4 * nv, system.nq + nv))
-    if positions.quaternions:
-        states[:, :, : system.nq] = [
-            [positions.retract(place, change) for change in of_state[:, :nv]]
-            for place, of_state in zip(q, changes)
-        ]
-    else:
-        states[:, :, :nv] = q[:, None] + changes[:, :, :nv]
+    states[:, :, : system.nq] = positions.retractions(q, changes[:, :, :nv])
     states[:, :, system.nq :] = v[:, None] + changes[:, :, nv:]
     a, _ = accelerations_and_multipliers(
         system, p, np.repeat(t, 4 * nv), states.reshape(4 * nv * n, system.nq + nv)

@@ -24,6 +24,7 @@ from symgen.runtime.constraints.guard_code import guard_ir
 from symgen.runtime.constraints.levels import Constraints
 from symgen.runtime.constraints.row_weights import n_weights, row_weights
 from symgen.runtime.positions import Positions
+from symgen.runtime.record import record
 from symgen.runtime.size import is_large
 from symgen.runtime.system import System
 
@@ -91,19 +92,11 @@ class Lease:
 
         Straight-line code that leaves out constraints is of use only where these depend on the others.
         """
-        system = self._system
-        known = vars(system).setdefault("_expected", {})
-        key = t, q.tobytes(), p.tobytes()
-        if key not in known:
-            # The loops of a run, those that try methods out, and companions all begin at one state.
-            if len(known) >= _MOST_REMEMBERED:
-                known.clear()
-            known[key] = _expected(system, p, t, q)
-        weights, near_singular, unfit, rank = known[key]
-        if len(weights):
-            per_residual = weights[system.m * system.nv :][: system.m]
+        system, found = self._system, expectation(self._system, p, t, q)
+        if len(found.weights):
+            per_residual = found.weights[system.m * system.nv :][: system.m]
             self.residual_size = float(1.0 / per_residual.min())
-        self._guard.expect(weights, near_singular, unfit, rank)
+        self._guard.expect(found.weights, found.near_singular, found.unfit, found.rank)
 
     def forget(self) -> None:
         """Take every row of G for as large as it gets, as a guard does that is leased anew."""
@@ -243,12 +236,56 @@ class _Guard:
             arrays[2][:] = np.nan
 
 
-def _expected(system: System, p: np.ndarray, t: float, q: np.ndarray) -> tuple[np.ndarray, bool, bool, int]:
-    """Return the weights of rows at a state, whether one is near 0, whether straight code is unfit, the rank."""
+@record(eq=False)
+class Expectation:
+    """What a state says of the constraints where a run begins.
+
+    Attributes
+    ----------
+    weights : ndarray
+        Of rows, see `row_weights`.
+    near_singular : bool
+        Whether one of them is near 0.
+    rank : int
+        Of G, see `usual_rank`; 0 where switches say which constraints hold.
+    depends_as_derived : bool
+        Whether the constraints that straight-line code leaves out follow from the others.
+    is_ill_conditioned : bool
+    """
+
+    weights: np.ndarray
+    near_singular: bool
+    rank: int
+    depends_as_derived: bool
+    is_ill_conditioned: bool
+
+    @property
+    def unfit(self) -> bool:
+        """Whether straight-line code is unfit."""
+        return self.is_ill_conditioned or not self.depends_as_derived
+
+
+def expectation(system: System, p: np.ndarray, t: float, q: np.ndarray) -> Expectation:
+    """Return what a state says of the constraints; that of the last few states is kept.
+
+    The loops of a run, those that try methods out, the choice of the method and companions all begin at one state.
+    """
+    known = vars(system).setdefault("_expected", {})
+    key = t, q.tobytes(), p.tobytes()
+    found = known.get(key)
+    if found is None:
+        if len(known) >= _MOST_REMEMBERED:
+            known.clear()
+        found = known[key] = _expected(system, p, t, q)
+    return found
+
+
+def _expected(system: System, p: np.ndarray, t: float, q: np.ndarray) -> Expectation:
     weights, smallest = row_weights(system, p, t, q)
     rank = 0 if system.switched else usual_rank(system, p, t, q)
-    unfit = bool(system.dependent) and rank != system.m - len(system.dependent)
-    return weights, bool(smallest < at.NEAR_LIMIT), unfit or is_ill_conditioned(system, p, t, q), rank
+    depends = not system.dependent or rank == system.m - len(system.dependent)
+    ill = is_ill_conditioned(system, p, t, q)
+    return Expectation(weights, bool(smallest < at.NEAR_LIMIT), rank, depends, ill)
 
 
 def is_ill_conditioned(system: System, p: np.ndarray, t: float, q: np.ndarray) -> bool:
