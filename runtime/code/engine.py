@@ -31,7 +31,7 @@ _SECONDS_PER_OPERATION = 6e-5
 # The files that decide what a function's machine code is; a test holds the list against their imports.
 _SOURCES = (
     "parse", "function_text", "lower", "llvm_text", "printing",
-    "dense_ldl", "front_ldl", "modules", "compiler", "sincos",
+    "dense_ldl", "front_ldl", "modules", "compiler", "sincos", "reciprocal_root",
     "../graph/form", "../graph/functions", "../graph/layouts", "../graph/nodes",
 )  # fmt: skip
 
