@@ -90,7 +90,9 @@ def test_each_moves_as_by_itself(early, monkeypatch, name):
     assert all(len(s.titles) == 1 for s in alone.parts.found)
     exact = solve(system, rtol=1e-11, atol=1e-13, **options)
     errors = [np.abs(run.q - exact.q).max() for run in (found, alone)]
-    assert errors[0] < 4.0 * errors[1] + 1e-11 and errors[0] < 1e-6
+    # Series by themselves are of an order of their own, and may be far more exact than what was asked for.
+    few = 5e-10 if method == "taylor" else 1e-11
+    assert errors[0] < 4.0 * errors[1] + few and errors[0] < 1e-6
     np.testing.assert_allclose(found.w, exact.w, atol=1e-7)
     steps = [abs(a - b) for a, b in zip(group.steps_of_each(), (s.run.n_steps for s in alone.parts.found))]
     # Series in lanes are of a lower order.
