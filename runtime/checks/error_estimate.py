@@ -65,6 +65,9 @@ _MORE_FOR_ACCURATE = 3.0  # times the operations
 _TO_THE_END, _SLOWER = 0.08, 1.5  # of the run's operations, for a companion that sees all of it; margin
 # rtol of a companion that goes on where errors are known: of these, and the loosest.
 _OF_FOUND, _LOOSEST_OF_REST = 1e-4, 1e-6
+_OF_DRIFT = (
+    100.0  # and of these over the square of its steps, of which a thousandth is what its phase is off by
+)
 _CLEARLY = 0.1  # of an error that a companion found: what a better one, not at the end yet, finds if the first is off
 _OPTIMISTIC = 2.0  # times the way that a companion of the run's own method is expected to come
 _MIDDLE = 0.5  # of a long run, where other companions begin
@@ -316,7 +319,10 @@ class _Comparison:
         first = 0 if self.jumps else len(begun.t) - 1
         needed = operations * (self.end - float(self._t[first])) / came
         if companion.method.adaptive and len(begun.t) >= LEAST_FRAMES:
-            rtol = max(min(_OF_FOUND * begun.largest, _LOOSEST_OF_REST), companion.rtol)
+            # What its own steps lose of the energy adds up, and moves the phase with the square of their number.
+            steps = needed / operations_per_step(self._solution, companion.method)
+            own = _OF_DRIFT * begun.largest / max(steps, 1.0) ** 2
+            rtol = max(min(_OF_FOUND * begun.largest, _LOOSEST_OF_REST, own), companion.rtol)
             needed *= (companion.rtol / rtol) ** (1.0 / companion.method.order)
             companion = companion.with_tolerance(rtol)
         if needed > allowed:
