@@ -79,6 +79,7 @@ _LATE = 0.25  # of the time that a companion took: from there on a power of time
 _TIMES_BEYOND = 20  # between where companions got and the end, for when errors become large
 _NO_GROWTH, _WINDOWS = 0.5, 8  # power of time; parts of a run, over which a loss of energy goes on
 _PEAKS, _FITS = 16, 0.1  # of errors, and how far they may be off a line and a square of time
+_FEWEST_PEAKS, _STANDS_OUT = 8, 3.0
 _SUSPECT = 2.5  # power of time of a growth that may be exponential, where a companion does not come far
 _MORE_WHERE_CHAOTIC = 4.0  # times the operations
 _LEAST_LOOSE = 1e-12  # rtol from which on neighbours are not made tighter
@@ -671,19 +672,24 @@ def _after_turning(part: ErrorEstimate, solution: Solution, span: float) -> floa
 
 def _linear_and_square(part: ErrorEstimate) -> np.ndarray | None:
     """Return a and b of errors |a t + b t²| that a part has the peaks of; None where they are not of that form."""
-    if len(part.t) < LEAST_FRAMES * _PEAKS:
+    n_peaks = min(_PEAKS, len(part.t) // LEAST_FRAMES)
+    if n_peaks < _FEWEST_PEAKS:
         return None
-    chosen = [rows[np.argmax(part.worst[rows])] for rows in np.array_split(np.arange(len(part.t)), _PEAKS)]
+    chosen = [rows[np.argmax(part.worst[rows])] for rows in np.array_split(np.arange(len(part.t)), n_peaks)]
     passed, peaks = part.t[chosen] - part.t[0], part.worst[chosen]
     powers = np.stack([passed, passed**2], axis=1)
     best, left = None, _FITS * float(np.linalg.norm(peaks))
-    for n_before in range(1, _PEAKS + 1):
-        signed = np.where(np.arange(_PEAKS) < n_before, peaks, -peaks)
+    for n_before in range(1, n_peaks + 1):
+        signed = np.where(np.arange(n_peaks) < n_before, peaks, -peaks)
         fitted = np.linalg.lstsq(powers, signed, rcond=None)[0]
         off = float(np.linalg.norm(powers @ fitted - signed))
         if off < left:
             best, left = fitted, off
-    return best
+    if best is None or n_peaks == _PEAKS:
+        return best
+    # Of few peaks, what the square is must stand out of what it leaves.
+    clear = abs(float(best[1])) * passed[-1] ** 2 > _STANDS_OUT * left / np.sqrt(n_peaks)
+    return best if clear else None
 
 
 def _power(part: ErrorEstimate) -> float:
