@@ -8,7 +8,7 @@ from symgen import Model
 def test_a_companion_of_the_rest_does_not_lose_the_phase_itself():
     """A hardening spring over a thousand periods: the step of this method loses a tenth of the range."""
     m = Model("hardening")
-    x = m.coordinate("x", start=1.15)
+    m.coordinate("x", start=1.15)
     m.kinetic("dot(x)^2/2")
     m.potential("x^2/2 + x^4/4")
     system = m.derive()

@@ -8,7 +8,7 @@ from symgen import Model
 
 def vibration(hertz, start="start"):
     m = Model("vibration")
-    x = m.coordinate("x", start=0.01 if start == "start" else 0.0, rate=0.0 if start == "start" else 2.0)
+    m.coordinate("x", start=0.01 if start == "start" else 0.0, rate=0.0 if start == "start" else 2.0)
     m.kinetic("dot(x)^2/2")
     m.potential(f"{(2.0 * np.pi * hertz) ** 2!r}*x^2/2")
     return m.derive()
