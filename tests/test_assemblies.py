@@ -234,7 +234,7 @@ def test_every_part_of_a_model_can_be_in_an_assembly():
     parts = {x for x in vars(description).values() if dataclasses.is_dataclass(x)} - {
         description.Attractor, description.Description, description.Formula, description.Given, description.Loop,
         description.Port, description.Sensor, description.Shape, description.Solid, description.StartConditions,
-        description.StartEquation, description.Use,
+        description.StartEquation, description.Use, description.Winding,
     }  # fmt: skip
     assert parts == assemblies.NAMES.keys()
     for part, names in assemblies.NAMES.items():

@@ -1,4 +1,4 @@
-"""An energy balance that is off by the work alone is a note where the motion beside the run is balanced."""
+"""A balance that is off by the work alone is a note where the motion, integrated beside the run, is balanced."""
 
 import re
 

@@ -65,6 +65,9 @@ _MORE_FOR_ACCURATE = 3.0  # times the operations
 _TO_THE_END, _SLOWER = 0.08, 1.5  # of the run's operations, for a companion that sees all of it; margin
 # rtol of a companion that goes on where errors are known: of these, and the loosest.
 _OF_FOUND, _LOOSEST_OF_REST = 1e-4, 1e-6
+_OF_DRIFT = (
+    100.0  # and of these over the square of its steps, of which a thousandth is what its phase is off by
+)
 _CLEARLY = 0.1  # of an error that a companion found: what a better one, not at the end yet, finds if the first is off
 _OPTIMISTIC = 2.0  # times the way that a companion of the run's own method is expected to come
 _MIDDLE = 0.5  # of a long run, where other companions begin
@@ -76,6 +79,7 @@ _LATE = 0.25  # of the time that a companion took: from there on a power of time
 _TIMES_BEYOND = 20  # between where companions got and the end, for when errors become large
 _NO_GROWTH, _WINDOWS = 0.5, 8  # power of time; parts of a run, over which a loss of energy goes on
 _PEAKS, _FITS = 16, 0.1  # of errors, and how far they may be off a line and a square of time
+_FEWEST_PEAKS, _STANDS_OUT = 8, 3.0
 _SUSPECT = 2.5  # power of time of a growth that may be exponential, where a companion does not come far
 _MORE_WHERE_CHAOTIC = 4.0  # times the operations
 _LEAST_LOOSE = 1e-12  # rtol from which on neighbours are not made tighter
@@ -316,7 +320,10 @@ class _Comparison:
         first = 0 if self.jumps else len(begun.t) - 1
         needed = operations * (self.end - float(self._t[first])) / came
         if companion.method.adaptive and len(begun.t) >= LEAST_FRAMES:
-            rtol = max(min(_OF_FOUND * begun.largest, _LOOSEST_OF_REST), companion.rtol)
+            # What its own steps lose of the energy adds up, and moves the phase with the square of their number.
+            steps = needed / operations_per_step(self._solution, companion.method)
+            own = _OF_DRIFT * begun.largest / max(steps, 1.0) ** 2
+            rtol = max(min(_OF_FOUND * begun.largest, _LOOSEST_OF_REST, own), companion.rtol)
             needed *= (companion.rtol / rtol) ** (1.0 / companion.method.order)
             companion = companion.with_tolerance(rtol)
         if needed > allowed:
@@ -665,19 +672,24 @@ def _after_turning(part: ErrorEstimate, solution: Solution, span: float) -> floa
 
 def _linear_and_square(part: ErrorEstimate) -> np.ndarray | None:
     """Return a and b of errors |a t + b t²| that a part has the peaks of; None where they are not of that form."""
-    if len(part.t) < LEAST_FRAMES * _PEAKS:
+    n_peaks = min(_PEAKS, len(part.t) // LEAST_FRAMES)
+    if n_peaks < _FEWEST_PEAKS:
         return None
-    chosen = [rows[np.argmax(part.worst[rows])] for rows in np.array_split(np.arange(len(part.t)), _PEAKS)]
+    chosen = [rows[np.argmax(part.worst[rows])] for rows in np.array_split(np.arange(len(part.t)), n_peaks)]
     passed, peaks = part.t[chosen] - part.t[0], part.worst[chosen]
     powers = np.stack([passed, passed**2], axis=1)
     best, left = None, _FITS * float(np.linalg.norm(peaks))
-    for n_before in range(1, _PEAKS + 1):
-        signed = np.where(np.arange(_PEAKS) < n_before, peaks, -peaks)
+    for n_before in range(1, n_peaks + 1):
+        signed = np.where(np.arange(n_peaks) < n_before, peaks, -peaks)
         fitted = np.linalg.lstsq(powers, signed, rcond=None)[0]
         off = float(np.linalg.norm(powers @ fitted - signed))
         if off < left:
             best, left = fitted, off
-    return best
+    if best is None or n_peaks == _PEAKS:
+        return best
+    # Of few peaks, what the square is must stand out of what it leaves.
+    clear = abs(float(best[1])) * passed[-1] ** 2 > _STANDS_OUT * left / np.sqrt(n_peaks)
+    return best if clear else None
 
 
 def _power(part: ErrorEstimate) -> float:

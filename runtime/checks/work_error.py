@@ -47,20 +47,11 @@ def judged_with_errors_of_work(
     system = solution.system
     if energy.ok or error > _SMALL or not system.nw:
         return found
-    if error <= _FAR_BELOW * energy.limit and _balanced_beside(solution, energy.limit):
-        says = (
-            f"the energy balance is off by {energy.value:.2g} of what the motion exchanges, by the work alone, for "
-            "which steps are not chosen: integrated beside the run, the motion has the same energies, and they are "
-            "balanced"
-        )
-        return [
-            replace(entry, ok=True, note=True, says=says) if entry is energy else entry for entry in found
-        ]
     if system.m or system.quaternions or solution.events:
-        return found
+        return _judged_beside(found, solution, energy, error)
     explained = _EXPLAINS * float(solution.energy.exchange.relative(work_of_errors(solution)))
     if not energy.value <= explained:
-        return found
+        return _judged_beside(found, solution, energy, error)
     says = (
         f"the energy balance is off by {energy.value:.2g} of what the motion exchanges: forces are so stiff that "
         f"errors of the states within rtol {solution.rtol:g} make up to {explained:.2g} of it as work; the motion is "
@@ -68,6 +59,20 @@ def judged_with_errors_of_work(
     )
     passed = replace(energy, ok=True, note=True, says=says)
     return [passed if entry is energy else entry for entry in found]
+
+
+def _judged_beside(
+    found: list[HealthCheck], solution: Solution, energy: HealthCheck, error: float
+) -> list[HealthCheck]:
+    """Let an energy balance be a note where it is that of the motion integrated beside the run, which is balanced."""
+    if error > _FAR_BELOW * energy.limit or not _balanced_beside(solution, energy.limit):
+        return found
+    says = (
+        f"the energy balance is off by {energy.value:.2g} of what the motion exchanges, by the work alone, for "
+        "which steps are not chosen: integrated beside the run, the motion has the same energies, and they are "
+        "balanced"
+    )
+    return [replace(entry, ok=True, note=True, says=says) if entry is energy else entry for entry in found]
 
 
 def _balanced_beside(solution: Solution, limit: float) -> bool:
