@@ -14,7 +14,11 @@ def test_names_and_arrays_of_numpy():
         m = Model("m", gravity=(0, -9.81))
         x = m.coordinate(text("x"), unit=text("m"), start=0.5)
         m.body(text("cart"), mass=2, com=(x, 0))
-        m.body(text("arm"), density=1000, shape={text("box"): listed([0.4, 0.05, 0.05]), "offset": listed([0.2, 0])})
+        m.body(
+            text("arm"),
+            density=1000,
+            shape={text("box"): listed([0.4, 0.05, 0.05]), "offset": listed([0.2, 0])},
+        )
         m.joint(text("j"), text("revolute"), text("arm"), stiffness=listed([3.0]), start=listed([0.2]))
         m.load("push", body="arm", torque=listed([0.1]))
         m.force(x, "-5*x")
