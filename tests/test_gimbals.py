@@ -144,5 +144,7 @@ def test_folded_axes_are_refused():
     m = Model("m")
     m.body("b", mass=1, inertia=[1, 2, 3])
     m.joint("j", "gimbal", "b", sequence="zxz", rate=[1, 0.5, 0])
-    with pytest.raises(RuntimeModelError, match="'j_1' and 'j_3' can move together without moving.* axes fold"):
+    with pytest.raises(
+        RuntimeModelError, match="'j_1' and 'j_3' can move together without moving.* axes fold"
+    ):
         m.derive().run(t_end=0.1)
