@@ -76,9 +76,9 @@ def work_by_quadrature(
     """Return the work done on the system up to each frame [J], shape (n,); None where that cannot be told.
 
     Between frames, and an instant between them at which stops and frictions switch, the motion is the polynomial
-    through coordinates, rates and accelerations on both sides. Of a run in which they switch, only what is held goes
-    evenly: while all slide, and after a slip, directions turn, which steps follow, and `work` stays. Parameters are
-    those of `work_that_balances`.
+    through coordinates, rates and accelerations on both sides. Where frictions in a plane switch, only what is held
+    goes evenly: while all slide, and after a slip, directions turn, which steps follow, and `work` stays. Parameters
+    are those of `work_that_balances`.
     """
     h = np.diff(t)
     if len(t) < 2 or system.quaternions or not np.all(h > 0.0) or not np.all(np.isfinite(states)):
@@ -155,7 +155,7 @@ def _pieces(
             before = np.concatenate([there[0].q_before, there[0].v_before])
             found.append(_one_piece(t[i], instant, states[i], before, i, index[i]))
             done[i] -= work_there - work[i]
-        if even[i + 1] and all(event.action != "slip" for event in there):
+        if even[i + 1] and not (_turns(system) and any(event.action == "slip" for event in there)):
             found.append(_one_piece(instant, t[i + 1], after, states[i + 1], i, index[i + 1]))
             done[i] -= work[i + 1] - work_there - sum(event.energy_change for event in there)
     return _Pieces(*(np.concatenate(values) for values in zip(*found, strict=True))), done
@@ -170,11 +170,18 @@ def _one_piece(
 
 
 def _even(system: System, index: np.ndarray, forms: Forms | None) -> np.ndarray:
-    """Whether the motion may go evenly about each frame: where stops and frictions switch, some are held."""
+    """Whether the motion may go evenly about each frame: where frictions in a plane switch, some are held."""
     if forms is None:
         return np.ones(len(index), dtype=bool)
+    if not _turns(system):
+        return index >= 0
     held = [contact_forms.form_of(system, settings) is system.closed for settings in forms.settings]
     return (index >= 0) & np.array(held)[index]
+
+
+def _turns(system: System) -> bool:
+    """Whether there is a friction in a plane, whose direction turns while it slides."""
+    return any("axis" in switch for switch in system.switches)
 
 
 def _stretches(system: System, p: np.ndarray, pieces: _Pieces, forms: Forms | None) -> list[_Stretch]:

@@ -145,6 +145,6 @@ def test_folded_axes_are_refused():
     m.body("b", mass=1, inertia=[1, 2, 3])
     m.joint("j", "gimbal", "b", sequence="zxz", rate=[1, 0.5, 0])
     with pytest.raises(
-        RuntimeModelError, match="'j_1' and 'j_3' can move together without moving.* axes fold"
+        RuntimeModelError, match=r"'j_1' and 'j_3' can move together without moving.* axes fold"
     ):
         m.derive().run(t_end=0.1)
