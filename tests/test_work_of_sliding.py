@@ -26,3 +26,21 @@ def test_a_block_that_slips_on_a_cart_which_is_pulled_harder_and_harder(method):
     assert run["x"][-1] == pytest.approx(x_end, rel=1e-9)
     assert run.energy.max_error < 1e-9
     assert all(check.ok for check in run.health), run.health
+
+
+@pytest.mark.parametrize("constraints", ["projection", "ggl"])
+def test_a_ball_on_a_shaken_plate(constraints):
+    """Its centre moves 2/7 as far as the plate; constraints say all of the motion, and steps are as long as may be."""
+    m = Model("plate", gravity=(0, 0, -G))
+    q = m.coordinate("q", rate=0.5)
+    m.body("plate", mass=1, inertia=[1, 1, 1])
+    m.joint("q", "prismatic", "plate", axis=[1, 0, 0], coordinate=q)
+    m.constraint("drive", "q - 0.1*sin(5*t)")
+    m.body("ball", mass=0.5, inertia=[0.002] * 3)
+    m.joint("b", "free", "ball", guess=[0, 0, 0.1, 1, 0, 0, 0])
+    m.rolling("roll", "ball", ball=0.1, plane="plate")
+    run = m.derive().run(t_end=2.0, method="radau5", constraints=constraints, rtol=1e-10, atol=1e-12)
+    drift = run["b_vx"][0] - 2 / 7 * 0.5
+    assert run["b_x"][-1] == pytest.approx(run["b_x"][0] + 2 * drift + 2 / 7 * run["q"][-1], abs=1e-9)
+    assert run.energy.max_error < 1e-6
+    assert all(check.ok for check in run.health), run.health
