@@ -1308,7 +1308,8 @@ class Model(Declared):
         if speed is not None:
             return [sources.expression(speed, table, "speed")]
         if speeds is not None:
-            return [sources.expression(x, table, f"speeds[{k}]") for k, x in enumerate(speeds)]
+            both = [sources.expression(x, table, f"speeds[{k}]") for k, x in enumerate(speeds)]
+            return self._two_components(both, table, "speeds")
         plain = coordinate is not None
         found = []
         for k, x in enumerate([coordinate] if plain else coordinates):
@@ -1318,7 +1319,16 @@ class Model(Declared):
                 hint = "for others give 'speed'" if plain else "for others give 'speeds'"
                 raise sources.error(table, key, "a coordinate's name is expected here", hint=hint)
             found.append(dot(given))
-        return found
+        return self._two_components(found, table, "coordinates")
+
+    def _two_components(self, speeds: list[algebra.Expr], table: str, key: str) -> list[algebra.Expr]:
+        """The speeds, if they are not one component twice."""
+        if len(speeds) == 2 and speeds[0] == speeds[1]:
+            hint = "friction along one line takes 'coordinate' or 'speed'"
+            raise self._sources.error(
+                table, key, "both components of the sliding velocity are the same", hint=hint
+            )
+        return speeds
 
     def bristle(
         self,
