@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from symgen.runtime.batches import accelerations_and_multipliers, right_hand_sides
+from symgen.runtime.batches import right_hand_sides
 from symgen.runtime.lazy import Late
 
 if TYPE_CHECKING:
@@ -76,12 +76,12 @@ def work_by_quadrature(
     """Return the work done on the system up to each frame [J], shape (n,); None where that cannot be told.
 
     Between frames, and an instant between them at which stops and frictions switch, the motion is the polynomial
-    through coordinates, rates and accelerations on both sides. Of a run in which they switch, only what is held goes
-    evenly: while all slide, and after a slip, directions turn, which steps follow, and `work` stays. Parameters are
-    those of `work_that_balances`.
+    through coordinates, rates and accelerations on both sides. Where frictions in a plane switch, only what is held
+    goes evenly: while all slide, and after a slip, directions turn, which steps follow, and `work` stays. Parameters
+    are those of `work_that_balances`.
     """
     h = np.diff(t)
-    if len(t) < 2 or system.quaternions or not np.all(h > 0.0) or not np.all(np.isfinite(states)):
+    if len(t) < 2 or not np.all(h > 0.0) or not np.all(np.isfinite(states)):
         return None
     own, by_jumps = _pieces(system, t, states, work, forms, jumps)
     stretches = _stretches(system, p, own, forms)
@@ -116,13 +116,13 @@ class _Pieces(NamedTuple):
 
 
 class _Stretch(NamedTuple):
-    """Pieces in which one form of the model holds, and accelerations on both sides."""
+    """Pieces in which one form of the model holds, and how coordinates and rates change on both sides."""
 
     form: System
     p: np.ndarray
     pieces: _Pieces
-    accelerations: np.ndarray
-    accelerations_at_end: np.ndarray
+    changes: np.ndarray
+    changes_at_end: np.ndarray
 
 
 def _pieces(
@@ -155,7 +155,7 @@ def _pieces(
             before = np.concatenate([there[0].q_before, there[0].v_before])
             found.append(_one_piece(t[i], instant, states[i], before, i, index[i]))
             done[i] -= work_there - work[i]
-        if even[i + 1] and all(event.action != "slip" for event in there):
+        if even[i + 1] and not (_turns(system) and any(event.action == "slip" for event in there)):
             found.append(_one_piece(instant, t[i + 1], after, states[i + 1], i, index[i + 1]))
             done[i] -= work[i + 1] - work_there - sum(event.energy_change for event in there)
     return _Pieces(*(np.concatenate(values) for values in zip(*found, strict=True))), done
@@ -170,11 +170,18 @@ def _one_piece(
 
 
 def _even(system: System, index: np.ndarray, forms: Forms | None) -> np.ndarray:
-    """Whether the motion may go evenly about each frame: where stops and frictions switch, some are held."""
+    """Whether the motion may go evenly about each frame: where frictions in a plane switch, some are held."""
     if forms is None:
         return np.ones(len(index), dtype=bool)
+    if not _turns(system):
+        return index >= 0
     held = [contact_forms.form_of(system, settings) is system.closed for settings in forms.settings]
     return (index >= 0) & np.array(held)[index]
+
+
+def _turns(system: System) -> bool:
+    """Whether there is a friction in a plane, whose direction turns while it slides."""
+    return any("axis" in switch for switch in system.switches)
 
 
 def _stretches(system: System, p: np.ndarray, pieces: _Pieces, forms: Forms | None) -> list[_Stretch]:
@@ -183,9 +190,11 @@ def _stretches(system: System, p: np.ndarray, pieces: _Pieces, forms: Forms | No
     for k in np.unique(pieces.form):
         own = pieces.of(np.flatnonzero(pieces.form == k))
         form, here = _in_form(system, p, forms, k)
-        a, _ = accelerations_and_multipliers(form, here, own.t, own.begin)
-        at_end, _ = accelerations_and_multipliers(form, here, own.t_end, own.end)
-        found.append(_Stretch(form, here, own, a, at_end))
+        changes, at_end = (
+            right_hand_sides(form, here, times, states)[:, : system.nq + system.nv]
+            for times, states in ((own.t, own.begin), (own.t_end, own.end))
+        )
+        found.append(_Stretch(form, here, own, changes, at_end))
     return found
 
 
@@ -209,15 +218,21 @@ def _work_within(stretch: _Stretch, system: System, places: np.ndarray, weights:
 
 
 def _between(system: System, stretch: _Stretch, place: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return times and states at one place, from 0 to 1, of all pieces: of order 6 in q, and its derivative in v."""
+    """Return times and states at one place, from 0 to 1, of all pieces: of order 6 in q, and its derivative in v.
+
+    Where rates are not the derivatives of coordinates, both are of order 4.
+    """
     nq, n, s, pieces = system.nq, system.nq + system.nv, place, stretch.pieces
     h = (pieces.t_end - pieces.t)[:, None]
+    if system.quaternions:
+        return pieces.t + place * h[:, 0], _hermite(stretch, n, h, s)
+    accelerations, at_end = stretch.changes[:, nq:], stretch.changes_at_end[:, nq:]
     q, v, q1, v1 = pieces.begin[:, :nq], pieces.begin[:, nq:n], pieces.end[:, :nq], pieces.end[:, nq:n]
-    q0, v0, a0, rise = q, h * v, 0.5 * h * h * stretch.accelerations, q1 - q
+    q0, v0, a0, rise = q, h * v, 0.5 * h * h * accelerations, q1 - q
     # What is left of q, v and a at the end, by powers 3, 4 and 5 of s.
     left = rise - v0 - a0
     slope = h * v1 - v0 - 2.0 * a0
-    bend = 0.5 * h * h * stretch.accelerations_at_end - a0
+    bend = 0.5 * h * h * at_end - a0
     c3, c4, c5 = (
         10.0 * left - 4.0 * slope + bend,
         7.0 * slope - 15.0 * left - 2.0 * bend,
@@ -226,3 +241,10 @@ def _between(system: System, stretch: _Stretch, place: float) -> tuple[np.ndarra
     places = q0 + s * (v0 + s * (a0 + s * (c3 + s * (c4 + s * c5))))
     rates = (v0 + s * (2.0 * a0 + s * (3.0 * c3 + s * (4.0 * c4 + s * 5.0 * c5)))) / h
     return pieces.t + place * h[:, 0], np.hstack([places, rates])
+
+
+def _hermite(stretch: _Stretch, n: int, h: np.ndarray, s: float) -> np.ndarray:
+    """The cubics through states and their derivatives on both sides, at one place of all pieces."""
+    begin, rise = stretch.pieces.begin[:, :n], stretch.pieces.end[:, :n] - stretch.pieces.begin[:, :n]
+    first, last = h * stretch.changes, h * stretch.changes_at_end
+    return begin + s * (first + s * (3.0 * rise - 2.0 * first - last + s * (first + last - 2.0 * rise)))

@@ -85,6 +85,12 @@ class NewtonEuler:
                 for e, name in zip((X, Y, Z), names, strict=False):
                     f = self._slide(f, e, *name)
                 return self._ball(f, joint.coordinates[3:], joint.rates[3:])
+            case "gimbal" | "floating":
+                for e, name in zip((X, Y, Z), names[:-3]):
+                    f = self._slide(f, e, *name)
+                for letter, name in zip(joint.sequence, names[-3:], strict=True):
+                    f = self._revolve(f, {"x": X, "y": Y, "z": Z}[letter], *name)
+                return f
             case "fixed":
                 return f
 

@@ -145,6 +145,10 @@ def _parts(pin, joint: Joint) -> list:
             return [pin.JointModelSpherical()]
         case "free":
             return [pin.JointModelFreeFlyer()]
+        case "gimbal" | "floating":
+            axes = dict(zip("xyz", np.eye(3), strict=True))
+            slides = [_prismatic(pin, e) for e in axes.values()] if joint.type == "floating" else []
+            return [*slides, *(_revolute(pin, axes[letter]) for letter in joint.sequence)]
     return []
 
 

@@ -20,6 +20,8 @@ from symgen.model.from_sympy import to_sympy
 from symgen.model.joint_types import TYPES
 from symgen.model.toml_reader import read_text
 
+OPTIONS = {"pitch": 0.1, "sequence": "zxz"}
+
 ARM = """
 name = "arm"
 
@@ -249,7 +251,7 @@ def test_round_trip():
 def test_names_that_joints_make(type):
     m = Model("m")
     m.body("b", mass=1, com=(0.1, 0.2, 0.3), inertia=(1, 2, 3))
-    made = m.joint("j", type, "b", **dict.fromkeys(TYPES[type].options, 0.1))
+    made = m.joint("j", type, "b", **{key: OPTIONS[key] for key in TYPES[type].options})
     if type == "fixed":
         assert made == ()
         return
@@ -261,6 +263,8 @@ def test_names_that_joints_make(type):
         "cylindrical": ("j_angle j_slide", "j_angle j_slide"),
         "planar": ("j_x j_y j_angle", "j_x j_y j_angle"),
         "spherical": ("j_qw j_qx j_qy j_qz", "j_wx j_wy j_wz"),
+        "gimbal": ("j_1 j_2 j_3",) * 2,
+        "floating": ("j_x j_y j_z j_1 j_2 j_3",) * 2,
         "free": ("j_x j_y j_z j_qw j_qx j_qy j_qz", "j_vx j_vy j_vz j_wx j_wy j_wz"),
     }[type]  # fmt: skip
     assert " ".join(c.name for c in d.coordinates) == " ".join(d.joints[0].coordinates) == names[0]
@@ -365,7 +369,7 @@ def trees(draw):
     for k in order:
         parent = draw(st.sampled_from(["world", *(f"b{i}" for i in range(k))]))
         type = draw(st.sampled_from([*TYPES]) if k else st.sampled_from([t for t in TYPES if t != "fixed"]))
-        kind, options = TYPES[type], dict.fromkeys(TYPES[type].options, a)
+        kind, options = TYPES[type], {key: {**OPTIONS, "pitch": a}[key] for key in TYPES[type].options}
         if draw(st.booleans()):
             options["origin"] = {
                 "xyz": draw(st.tuples(numbers, numbers, st.just(a))),

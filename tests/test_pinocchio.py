@@ -7,7 +7,7 @@ import pytest
 from derived import Generated
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from trees import ALL, GRAVITY, humanoid, random_body, seven_dof_arm
+from trees import ALL, ANGLES, GRAVITY, humanoid, random_body, seven_dof_arm
 
 from symgen import Model
 
@@ -34,7 +34,9 @@ def trees(draw):
         parent = draw(st.sampled_from(["world", *(f"b{j}" for j in range(k))]))
         model.body(f"b{k}", **random_body(rng))
         placed = {"xyz": draw(vectors), "rpy": draw(vectors.map(lambda a: tuple(3 * x for x in a)))}
-        axis = {} if kind in ("spherical", "free", "fixed") else {"axis": draw(AXES)}
+        axis = {} if kind in (*ANGLES, "spherical", "free", "fixed") else {"axis": draw(AXES)}
+        if kind in ANGLES:
+            axis["sequence"] = draw(st.sampled_from(["xyz", "zxz", "zyx", "yzy"]))
         if kind == "screw":
             axis["pitch"] = draw(st.floats(-2, 2))
         model.joint(f"j{k}", kind, f"b{k}", parent, placed, **axis)

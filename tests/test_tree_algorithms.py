@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from derived import Generated
 from newton_euler import NewtonEuler
-from trees import ALL, SCALAR, humanoid, random_body, random_tree, seven_dof_arm
+from trees import ALL, ANGLES, SCALAR, humanoid, random_body, random_tree, seven_dof_arm
 
 from symgen import Model
 from symgen.derive.derivation import Derivation
@@ -18,6 +18,8 @@ from symgen.derive.pipeline import derive
 from symgen.derive.solve import factorise as ldl
 from symgen.derive.trees.articulated import solve_articulated
 from symgen.derive.trees.links import along_third, multiply, snapped, split_turn, transpose
+
+FEW = tuple(kind for kind in ALL if kind not in ANGLES)  # six of them are not solved by loops
 
 
 def close(actual, expected, tolerance=1e-11):
@@ -39,7 +41,7 @@ def values_of(d: Derivation, nodes, seed):
 @pytest.mark.parametrize("armature", [0.0, 0.7])
 @pytest.mark.parametrize("seed", range(5))
 def test_articulated_bodies_solve_as_the_mass_matrix_does(seed, armature):
-    d = Derivation(random_tree(6, seed, ALL if seed else SCALAR).describe())
+    d = Derivation(random_tree(6, seed, FEW if seed else SCALAR).describe())
     g, n = d.g, len(d.x.v)
     extra = g.const(armature)
     mass = [{**row, i: g.add(row[i], extra)} for i, row in enumerate(d.mass_rows)]

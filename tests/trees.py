@@ -11,7 +11,8 @@ from symgen import Model
 GRAVITY = (0, 0, -9.81)
 QUARTER = math.pi / 2
 SCALAR = ("revolute", "prismatic", "continuous", "screw")
-ALL = (*SCALAR, "universal", "cylindrical", "planar", "spherical", "free", "fixed")
+ANGLES = ("gimbal", "floating")
+ALL = (*SCALAR, "universal", "cylindrical", "planar", "spherical", "free", *ANGLES, "fixed")
 
 # Origins (xyz, rpy) of the joints of a KUKA LBR iiwa 7 in their parents' frames; each turns about its z axis.
 IIWA = (
@@ -103,9 +104,11 @@ def random_tree(n: int, seed: int, kinds: tuple[str, ...] = ("revolute",), branc
         kind = kinds[rng.integers(len(kinds))] if k < n - 1 else "revolute"
         model.body(f"b{k}", **random_body(rng))
         placed = {"xyz": rng.normal(0, 0.4, 3).tolist(), "rpy": rng.uniform(-3, 3, 3).tolist()}
-        has_axis = kind not in ("spherical", "free", "fixed")
+        has_axis = kind not in ("spherical", "free", *ANGLES, "fixed")
         axis = {"axis": rng.normal(0, 1, 3).tolist()} if has_axis else {}
         if kind == "screw":
             axis["pitch"] = float(rng.uniform(-1, 1))
+        if kind in ANGLES:
+            axis["sequence"] = str(rng.choice(["xyz", "zxz", "zyx", "yzy"]))
         model.joint(f"j{k}", kind, f"b{k}", parent, placed, **axis)
     return model

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from symgen.runtime.system import System
 
 _ROUND_OFF = 1e-10
+_TAKES_PART = 1e-6  # of the largest part in a motion
 _NONE = 1e-14  # smallest eigenvalue of M, scaled to a unit diagonal, that counts as inertia
 _LARGEST_WHOLE = 300  # rates
 
@@ -81,7 +82,15 @@ def _refuse_free_motion(
     _, values, directions = np.linalg.svd(np.vstack([held, np.zeros((still.shape[1], still.shape[1]))]))
     if values[-1] > _ROUND_OFF * np.abs(jacobian).max(initial=0.0):
         return
-    name = system.rates[rates[int(np.argmax(np.abs(still @ directions[-1])))]]["name"]
+    parts = np.abs(still @ directions[-1])
+    name = system.rates[rates[int(np.argmax(parts))]]["name"]
+    together = [system.rates[rate]["name"] for rate in rates[parts > _TAKES_PART * parts.max()]]
+    if len(together) > 1:
+        raise RuntimeModelError(
+            f"model {system.name!r}: {' and '.join(map(repr, together[:4]))} can move together without moving anything "
+            "that has inertia, and no constraint holds that, so nothing determines how they accelerate; successive "
+            "rotations do so where their axes fold onto each other: start elsewhere, or take other coordinates"
+        )
     raise RuntimeModelError(
         f"model {system.name!r}: nothing determines how coordinate {name!r} accelerates at these parameters: it has no "
         "inertia, and no constraint ties it to what has; give it a mass, or a constraint"

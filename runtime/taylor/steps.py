@@ -412,7 +412,8 @@ class Steps(Start):
         is_open = node in self.plan.open
         if n == 0 and (self.k < 0 or not is_open or self._known_at_start):
             return self.initial(node)
-        if not (is_open and self.k >= 0 and self.plan.by_weights):
+        known = self.k < 0 or (self.k == 0 and self._known_at_start)
+        if known or not (is_open and self.plan.by_weights):
             return self._coefficient(node, n)
         if (
             self.plan.graph.op[node] in CONVOLUTIONS

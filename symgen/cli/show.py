@@ -168,6 +168,7 @@ def _joint(j: Joint, show: Notation) -> str:
     if any(x != 0 for x in j.rpy):
         parts.append(f"rpy ({', '.join(map(show, j.rpy))})")
     parts += [f"axis ({', '.join(f'{x:.10g}' for x in axis)})" for axis in (j.axis, j.axis2) if axis]
+    parts += [f"about {', '.join(j.sequence)}"] if j.sequence else []
     for key in ("stiffness", "rest", "damping", "armature", "limits"):
         if getattr(j, key):
             parts.append(f"{key} {', '.join(map(show, getattr(j, key)))}")

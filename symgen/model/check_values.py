@@ -162,10 +162,11 @@ def check_contact_values(d: Description, values: Mapping[Address, float | None],
                     hint="look at the parameters in it",
                 )
     for f in d.frictions:
-        for key in ("coefficient", "static") if f.normal else ():
+        for key in ("coefficient", "static") if f.normal else ("force", "torque", "static"):
             value = values.get((f"friction.{f.name}", key))
             if value is not None and value < 0.0:
-                message = f"the coefficient is negative at the parameters' values: {value:g}"
+                what = "coefficient" if f.normal else "friction"
+                message = f"the {what} is negative at the parameters' values: {value:g}"
                 raise sources.error(f"friction.{f.name}", key, message)
     for b in d.bristles:
         _check_bristle(b, values, sources)

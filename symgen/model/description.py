@@ -204,7 +204,7 @@ class Joint:
     `stiffness`, `damping`, `armature` and `rest` are empty, one for all coordinates (rates), or one for each;
     `limits` are empty, or a lower and an upper one; with a `restitution` they stop the joint, without they are only
     watched. In a finished description they are part of its energies, events and stops already. `pitch` is what a screw
-    slides along its axis by a whole turn [m].
+    slides along its axis by a whole turn [m], `sequence` the axes of a gimbal's successive rotations: "zxz".
     """
 
     name: str
@@ -224,6 +224,7 @@ class Joint:
     limits: tuple[Expr, ...] = ()
     restitution: Expr | None = None
     pitch: Expr | None = None
+    sequence: str = ""
 
 
 @dataclass(frozen=True)

@@ -412,6 +412,38 @@ def cardan(first: list[Vector], second: list[Vector]) -> Vector:
     ]
 
 
+def euler_angles(first: list[Vector], second: list[Vector], sequence: str) -> Vector:
+    """Angles of successive rotations, each about an axis of the frame before, from the first axes to the second ones.
+
+    The middle one is from -π/2 to π/2, and from 0 to π where the first and the last axis are the same.
+    """
+    i, j, k = ("xyz".index(letter) for letter in sequence)
+    left = 3 - i - j  # the axis that neither of the first two turns about
+    even = (j - i) % 3 == 1
+
+    def entry(row: int, column: int) -> algebra.Expr:
+        return scalar_product(first[row], second[column])
+
+    def signed(expression: algebra.Expr, same: bool) -> algebra.Expr:
+        return expression if same else negated(expression)
+
+    def angle(y: algebra.Expr, x: algebra.Expr) -> algebra.Expr:
+        return algebra.atan2(y, x, evaluate=False)
+
+    if i != k:
+        return [
+            angle(signed(entry(j, k), not even), entry(k, k)),
+            algebra.asin(signed(entry(i, k), even), evaluate=False),
+            angle(signed(entry(i, j), not even), entry(i, i)),
+        ]
+    aside = algebra.Pow(total([squared(entry(j, i)), squared(entry(left, i))]), HALF, evaluate=False)
+    return [
+        angle(entry(j, i), signed(entry(left, i), not even)),
+        angle(aside, entry(i, i)),
+        angle(entry(i, j), signed(entry(i, left), even)),
+    ]
+
+
 def scalar_product(a: Sequence[algebra.Expr], b: Sequence[algebra.Expr]) -> algebra.Expr:
     """The scalar product of two vectors."""
     return total([product(pair) for pair in zip(a, b, strict=True)])

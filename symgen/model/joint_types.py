@@ -111,6 +111,24 @@ def _first_in_plane(joint: Joint) -> Direction:
     return tuple(x + 0.0 for x in cross_product(_second_in_plane(joint), joint.axis))
 
 
+def sequence_fault(given: object) -> bool:
+    """Whether this names no three successive rotations, such as "zxz"."""
+    if not isinstance(given, str) or len(given) != 3 or not set(given) <= set("xyz"):
+        return True
+    return given[0] == given[1] or given[1] == given[2]
+
+
+def _of_sequence(k: int) -> Callable[[Joint], Direction]:
+    """The k-th axis of successive rotations, in the frame that those before have left."""
+    return lambda joint: {"x": X, "y": Y, "z": Z}[joint.sequence[k]]
+
+
+def _gimbal(first: int) -> tuple[Element, ...]:
+    """Three successive rotations, whose angles begin with this coordinate."""
+    return tuple(Element("turn", first + k, _of_sequence(k)) for k in range(3))
+
+
+_SLIDES = tuple(Element("slide", k, lambda joint, axis=axis: axis) for k, axis in enumerate((X, Y, Z)))
 _HINGE = JointType((Element("turn"),), ("",), (ANGLE,), axes=1, plane="normal", marks=(("pin", "axis"),))
 TYPES = {
     "revolute": replace(_HINGE, limited=True),
@@ -157,15 +175,20 @@ TYPES = {
     ),
     "spherical": JointType((Element("ball"),), marks=(("ball", ""),)),
     "free": JointType(
-        (
-            Element("slide", 0, lambda joint: X),
-            Element("slide", 1, lambda joint: Y),
-            Element("slide", 2, lambda joint: Z),
-            Element("ball", 3),
-        ),
+        (*_SLIDES, Element("ball", 3)),
         ("_x", "_y", "_z"),
         (LENGTH,) * 3,
         velocities=("_vx", "_vy", "_vz"),
+        holds=False,
+    ),
+    "gimbal": JointType(
+        _gimbal(0), ("_1", "_2", "_3"), (ANGLE,) * 3, options=("sequence",), marks=(("ball", ""),)
+    ),
+    "floating": JointType(
+        (*_SLIDES, *_gimbal(3)),
+        ("_x", "_y", "_z", "_1", "_2", "_3"),
+        (LENGTH,) * 3 + (ANGLE,) * 3,
+        options=("sequence",),
         holds=False,
     ),
     "fixed": JointType(plane="always", holds=False),

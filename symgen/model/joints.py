@@ -12,7 +12,7 @@ from .declared import Declared
 from .description import Coordinate, Joint, Rate
 from .evaluate import Direction, NotFinite, dot_product, evaluate, normalised, perpendicular
 from .given import given_name, is_symbol, unpacked
-from .joint_types import ANGULAR_VELOCITY, TYPES, JointType
+from .joint_types import ANGULAR_VELOCITY, TYPES, JointType, sequence_fault
 from .names import name_fault, reference_fault
 from .orientation import roll_pitch_yaw
 from .units import Unit, parse_unit
@@ -22,7 +22,10 @@ NORM_TOLERANCE = 1e-3  # of a quaternion that is meant to be of unit length
 PARALLEL = 1e-6  # sine of the angle between a universal joint's axes
 STATE_KEYS = ("start", "rate", "guess", "rate_guess")
 ELASTIC_KEYS = ("stiffness", "rest", "armature")
-OPTION_HINTS = {"pitch": 'what it slides along its axis by a whole turn, for example pitch = "2 mm"'}
+OPTION_HINTS = {
+    "pitch": 'what it slides along its axis by a whole turn, for example pitch = "2 mm"',
+    "sequence": 'the axes that it turns about, one after another, for example sequence = "zxz"',
+}
 
 
 def make_joint(
@@ -73,7 +76,16 @@ def make_joint(
     return Joint(
         name, type, parent, child, xyz, rpy, axis, axis2, coordinates, rates, **elements, limits=limits,
         restitution=restitution, pitch=None if pitch is None else sources.expression(pitch, table, "pitch"),
+        sequence=given_sequence(model, table, given["sequence"]) if "sequence" in given else "",
     )  # fmt: skip
+
+
+def given_sequence(model: Declared, table: str, given: Any) -> str:
+    """The axes of three successive rotations, of which neighbours differ."""
+    if sequence_fault(given):
+        message = f"a sequence is three letters x, y, z, of which neighbours differ, not {given!r:.60}"
+        raise model._sources.error(table, "sequence", message, hint='for example sequence = "zxz", or "zyx"')
+    return str(given)
 
 
 def _check_keys(model: Declared, table: str, type: str, given: Mapping[str, Any]) -> None:

@@ -479,6 +479,7 @@ class Model(Declared):
         limits: Sequence[Any] | None = None,
         restitution: Any = None,
         pitch: Any = None,
+        sequence: str | None = None,
     ) -> Any:
         """Join a body to its parent, as URDF does; the body's `com` is then in the body's own frame.
 
@@ -486,7 +487,8 @@ class Model(Declared):
         ----------
         name : str
         type : str
-            revolute, continuous, prismatic, screw, universal, cylindrical, planar, spherical, free or fixed.
+            revolute, continuous, prismatic, screw, universal, cylindrical, planar, spherical, free, gimbal, floating or
+            fixed.
         child : str
             The body that the joint places.
         parent : str
@@ -500,7 +502,8 @@ class Model(Declared):
         coordinate : name or sequence of names, optional
             Of its coordinates, declared ones or new; made from the joint's name by default: NAME for one coordinate,
             NAME_1, NAME_2 (universal), NAME_angle, NAME_slide (cylindrical), NAME_x, NAME_y, NAME_angle (planar),
-            NAME_qw … NAME_qz (spherical), NAME_x, NAME_y, NAME_z and the same four (free).
+            NAME_qw … NAME_qz (spherical), NAME_x, NAME_y, NAME_z and the same four (free), NAME_1, NAME_2, NAME_3
+            (gimbal), NAME_x, NAME_y, NAME_z and the same three (floating).
         start, rate, guess, rate_guess : number, or sequence of one for each coordinate (rate)
             As those of coordinates. Rates of a spherical joint are the angular velocity NAME_wx, NAME_wy, NAME_wz in
             the child's axes; a free joint has NAME_vx, NAME_vy, NAME_vz before them, in the axes of the joint frame.
@@ -516,6 +519,10 @@ class Model(Declared):
         pitch : expression
             Of a screw joint only: how far the child slides along the axis by a whole turn [m], as a right-handed thread
             does; negative for a left-handed one.
+        sequence : str
+            Of a gimbal and what floats only: the axes of its successive rotations, each in the frame that those before
+            have left: "zxz", "zyx". Their angles take the place of a quaternion; where the middle one folds the others
+            onto one axis (0 for "zxz", a quarter turn for "zyx"), the equations have no solution.
 
         Returns
         -------
@@ -530,7 +537,7 @@ class Model(Declared):
         options = dict(
             origin=origin, axis=axis, axis2=axis2, coordinate=coordinate, start=start, rate=rate, guess=guess,
             rate_guess=rate_guess, unit=unit, stiffness=stiffness, damping=damping, rest=rest, armature=armature,
-            limits=limits, restitution=restitution, pitch=pitch,
+            limits=limits, restitution=restitution, pitch=pitch, sequence=sequence,
         )  # fmt: skip
         made = make_joint(self, name, type, parent, child, options)
         self._joints[name] = made
@@ -1301,7 +1308,8 @@ class Model(Declared):
         if speed is not None:
             return [sources.expression(speed, table, "speed")]
         if speeds is not None:
-            return [sources.expression(x, table, f"speeds[{k}]") for k, x in enumerate(speeds)]
+            both = [sources.expression(x, table, f"speeds[{k}]") for k, x in enumerate(speeds)]
+            return self._two_components(both, table, "speeds")
         plain = coordinate is not None
         found = []
         for k, x in enumerate([coordinate] if plain else coordinates):
@@ -1311,7 +1319,16 @@ class Model(Declared):
                 hint = "for others give 'speed'" if plain else "for others give 'speeds'"
                 raise sources.error(table, key, "a coordinate's name is expected here", hint=hint)
             found.append(dot(given))
-        return found
+        return self._two_components(found, table, "coordinates")
+
+    def _two_components(self, speeds: list[algebra.Expr], table: str, key: str) -> list[algebra.Expr]:
+        """The speeds, if they are not one component twice."""
+        if len(speeds) == 2 and speeds[0] == speeds[1]:
+            hint = "friction along one line takes 'coordinate' or 'speed'"
+            raise self._sources.error(
+                table, key, "both components of the sliding velocity are the same", hint=hint
+            )
+        return speeds
 
     def bristle(
         self,

@@ -15,11 +15,11 @@ from typing import Any
 from ..errors import ModelError, nearest
 from . import algebra
 from .description import Description, Frame, Sensor
-from .elements import Vector, Writer, cardan, scalar_product
+from .elements import Vector, Writer, cardan, euler_angles, scalar_product
 from .expression_tree import names_in
 from .functions import dot, sensor
 from .items import Item, definition_items, items
-from .joint_types import TYPES
+from .joint_types import TYPES, sequence_fault
 from .names import SENSOR_ARITY
 from .ready_made import HALF, WORLD
 from .sources import Sources
@@ -313,6 +313,10 @@ class _Sensors:
         if axis is None:
             message = f"the angle between '{a}' and '{b}' in space has an axis"
             raise self._error(message, "x, y or z of successive rotations about these; or name two of [axes]")
+        if axis[:-1] and not sequence_fault(axis[:-1]):
+            if axis[-1] not in "123":
+                raise self._error(f"'{axis}' does not say which angle", f"such as {axis[:-1]}1, the first")
+            return euler_angles(first, second, axis[:-1])[int(axis[-1]) - 1]
         return cardan(first, second)[self._axis_number(axis)]
 
     # What force elements do.

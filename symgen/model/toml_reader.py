@@ -35,6 +35,7 @@ BODY_KEYS = ("mass", "com", "inertia", "angle", "rotation", "shape", "density")
 JOINT_KEYS = (
     "type", "parent", "child", "origin", "axis", "axis2", "coordinate", "start", "rate", "guess", "rate_guess",
     "unit", "stiffness", "damping", "rest", "armature", "limits", "restitution", "pitch",
+    "sequence",
 )  # fmt: skip
 READY_MADE = {  # arguments in the order of the methods; those of the second list may be left out
     "distance": (("points", "length"), ()),

@@ -293,6 +293,8 @@ class _Writer:
         lines += [f"{key} = {_literal(x)}" for key, x in (("axis", joint.axis), ("axis2", joint.axis2)) if x]
         if joint.coordinates != TYPES[joint.type].coordinate_names(joint.name):
             lines.append(f"coordinate = {_one_or_list(joint.coordinates)}")
+        if joint.sequence:
+            lines.append(f"sequence = {_quoted(joint.sequence)}")
         lines += _joint_state(self, joint, made, rates)
         for key in ("stiffness", "damping", "rest", "armature"):
             values = getattr(joint, key)

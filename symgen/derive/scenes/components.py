@@ -89,7 +89,7 @@ def _canonical_body(b: Any, all_of: Any, one: Any) -> tuple:
 
 
 def _joint(j: Any, bodies: Mapping[str, int]) -> tuple:
-    return (j.type, bodies[j.parent], bodies[j.child], j.axis, j.axis2)
+    return (j.type, bodies[j.parent], bodies[j.child], j.axis, j.axis2, j.sequence)
 
 
 class _Numbering:
