@@ -323,7 +323,7 @@ LONGER_THAN_BEFORE = 2.0
 # of the way. States off by round-off lie on a curve that turns from one branch into the other there, and ever shorter
 # steps would follow it: below this part of how far series reached before, a method that steps across takes over. It
 # needs accelerations that round-off, which grows with the square of that part, leaves right to its tolerance.
-CREEPS, FORGET_REACH = 1e-4, 0.9
+CREEPS, FORGET_REACH = 1e-4, 0.99
 CREEPS_AT_MOST, CREEPS_OF_ROUND_OFF = 3e-2, 0.5
 
 

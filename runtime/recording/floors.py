@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     from symgen.runtime.recording.recording import Quantities
     from symgen.runtime.recording.rrd.write import MarkWriter
 
-    from .marks import Mark, Surroundings
+    from .mark_records import Mark
+    from .surroundings import Surroundings
 
 KINDS = ("plane", "surface")
 

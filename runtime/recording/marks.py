@@ -1,15 +1,10 @@
 """Marks in the moving picture: pins, axes, supports, springs and force arrows, from the function `marks`.
 
 How marks are drawn: pins, hinges, gears, supports and springs, sized by the scene and by the rods they sit in.
-
-The marks that a module's header lists: what each is, and where in a recording it lies.
 """
 
 from __future__ import annotations
 
-import itertools
-from collections import Counter
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,65 +12,13 @@ import numpy as np
 from symgen.runtime.recording.recording import Quantities
 
 from . import floors, schema, symbols
-from .geometry import Primitive, quaternions
+from .geometry import quaternions
 from .layout import eye_axes
+from .mark_records import ARROWS, FOLDERS, HINGES, STRETCHED, Mark, read_marks
+from .surroundings import Surroundings
 
 if TYPE_CHECKING:
     from symgen.runtime.recording.rrd.write import MarkWriter
-
-
-_MOST_REACTIONS = 12  # arrows that are written
-
-FOLDERS = {
-    "pin": schema.JOINTS, "slide": schema.JOINTS, "ball": schema.JOINTS, "point": schema.POINTS,
-    "gear": schema.GEARS, "ground": schema.GROUND, "rail": schema.GROUND, "spring": schema.SPRINGS,
-    "damper": schema.SPRINGS, "link": schema.LINKS, "bar": schema.LINKS, "force": schema.FORCES,
-    "torque": schema.FORCES, "reaction": schema.REACTIONS, "tension": schema.REACTIONS,
-    "plane": schema.GROUND, "surface": schema.GROUND,
-}  # fmt: skip
-STRETCHED = ("spring", "damper", "link", "rail")  # between two places
-ARROWS = ("force", "torque", "reaction", "tension")
-HINGES = ("pin", "slide")
-
-
-@dataclass(frozen=True)
-class Mark:
-    """A record of the header: `columns` are its numbers in what the function `marks` writes."""
-
-    kind: str
-    name: str
-    body: str
-    columns: slice
-    moves: bool
-    constraints: tuple[int, ...]
-    signs: tuple[int, ...]
-    carries: tuple[str, ...] = ()
-
-    @property
-    def path(self) -> str:
-        """Where it lies in a recording."""
-        return f"{FOLDERS[self.kind]}/{self.name}"
-
-    @property
-    def peers(self) -> str:
-        """What an arrow is drawn in proportion to: forces on the mechanism, torques, forces of constraints."""
-        return "torque" if self.kind == "torque" else FOLDERS[self.kind]
-
-
-def read_marks(records: list[dict]) -> list[Mark]:
-    """The records with their columns; of marks that would lie at one path, later ones get a number."""
-    ends = [0, *itertools.accumulate(record["numbers"] for record in records)]
-    met: Counter[tuple[str, str]] = Counter()
-    result = []
-    for record, place in zip(records, itertools.pairwise(ends)):
-        kind, name = record["kind"], record["name"]
-        met[FOLDERS[kind], name] += 1
-        count = met[FOLDERS[kind], name]
-        held = (tuple(record.get(key, ())) for key in ("constraints", "signs", "carries"))
-        name = name if count == 1 else f"{name}_{count}"
-        result.append(Mark(kind, name, record["body"], slice(*place), record.get("moves", False), *held))
-    reactions = [mark for mark in result if FOLDERS[mark.kind] == schema.REACTIONS]
-    return [mark for mark in result if mark not in reactions[_MOST_REACTIONS:]]
 
 
 # Sizes are of the scene's diagonal, where they are not of the rod that a joint sits in.
@@ -92,97 +35,6 @@ _POST = 4.0  # a support reaches down to the ground from so many times its size
 _SPRING, _SLENDER = 0.03, 0.16  # radius of a spring, but at most so much of its length
 _GEAR, _MODULE = 0.008, 0.008  # half the width of a gear, half the depth of its teeth
 _CEILING = -0.02  # a mechanism whose middle is this much below a support hangs from it
-
-
-@dataclass(frozen=True)
-class Surroundings:
-    """What marks are drawn among, as it is at the start.
-
-    Attributes
-    ----------
-    planar : bool
-    index : dict of str to int
-        Of each body in the lists.
-    primitives, colours, lifts : list
-        Of the bodies; by how much each is drawn above the plane [m].
-    positions, rotations : ndarray, shape (bodies, 3) [m], (bodies, 3, 3)
-    middle : ndarray, shape (3,) [m]
-        Of the bodies at the start.
-    diagonal : float [m]
-        Of the scene.
-    """
-
-    planar: bool
-    index: dict[str, int]
-    primitives: list[Primitive]
-    colours: list[tuple[int, int, int]]
-    lifts: list[float]
-    positions: np.ndarray
-    rotations: np.ndarray
-    middle: np.ndarray
-    diagonal: float
-
-    @classmethod
-    def of_bodies(
-        cls,
-        names: list[str],
-        primitives: list[Primitive],
-        positions: np.ndarray,
-        rotations: np.ndarray,
-        diagonal: float,
-        planar: bool,
-        colours: list[tuple[int, int, int]] | None = None,
-        lifts: list[float] | None = None,
-    ) -> Surroundings:
-        """Return those of the first of some frames: positions, shape (n, bodies, 3), rotations (n, bodies, 3, 3)."""
-        n, index = len(names), {name: i for i, name in enumerate(names)}
-        colours, lifts = colours or [schema.MARK_COLOURS["gear"]] * n, lifts or [0.0] * n
-        middle = positions[0].mean(axis=0)
-        return cls(planar, index, primitives, colours, lifts, positions[0], rotations[0], middle, diagonal)
-
-    @property
-    def top(self) -> float:
-        """How far what is drawn of the bodies stands out of the plane [m]."""
-        drawn = zip(self.primitives, self.lifts)
-        return max((primitive.half_thickness() + lift for primitive, lift in drawn), default=0.0)
-
-    def in_world(self, body: str, place: np.ndarray) -> np.ndarray:
-        """Return a place in a body's axes, or in the world where there is no body, in the world."""
-        if not body:
-            return place
-        return self.positions[self.index[body]] + self.rotations[self.index[body]] @ place
-
-    def rod(self, body: str) -> Primitive | None:
-        """Return the primitive of a body that is drawn as a rod."""
-        primitive = self.primitives[self.index[body]] if body else None
-        return primitive if primitive is not None and primitive.is_rod else None
-
-    def width_at(self, place: np.ndarray) -> float:
-        """Return the radius of the rods that a place in space is in [m]."""
-        found = 0.0
-        for primitive, position, rotation in zip(self.primitives, self.positions, self.rotations):
-            core, thickness = primitive.half_box()
-            away = np.abs(rotation.T @ (place - position))
-            if primitive.is_rod and (away <= core + 1.001 * thickness).all():
-                found = max(found, thickness)
-        return found
-
-    def thickness_at(self, place: np.ndarray) -> float:
-        """Return how far the rods at a place of a planar mechanism stand out of the plane [m].
-
-        Pins in other bodies stay inside: what is far above the plane looks displaced from where it is.
-        """
-        found = 0.0
-        for primitive, position, rotation, lift in zip(
-            self.primitives, self.positions, self.rotations, self.lifts
-        ):
-            if not primitive.is_rod:
-                continue
-            core, thickness = primitive.half_box()
-            away = np.abs(rotation.T @ (place - position))[:2]
-            if (away <= core[:2] + 1.001 * thickness).all():
-                found = max(found, float(core[2]) + thickness + lift)
-        return found
 
 
 def reach_of(mark: Mark, numbers: np.ndarray, around: Surroundings) -> float:

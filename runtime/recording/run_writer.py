@@ -22,9 +22,10 @@ from symgen.runtime.exchange import Exchange
 from symgen.runtime.lazy import Late
 from symgen.runtime.recording import geometry, layout, schema
 from symgen.runtime.recording.layout import plot_rows
-from symgen.runtime.recording.marks import GROUND_SIZE, Marks, Surroundings
+from symgen.runtime.recording.marks import GROUND_SIZE, Marks
 from symgen.runtime.recording.recording import Quantities, Settings
 from symgen.runtime.recording.rrd.write import RERUN_VERSION, RrdWriter
+from symgen.runtime.recording.surroundings import Surroundings
 from symgen.runtime.recording.tethers import TetherWriter, is_held, tethers
 
 if TYPE_CHECKING:

@@ -12,8 +12,9 @@ import numpy as np
 
 from symgen.runtime.batches import evaluate
 from symgen.runtime.recording import geometry, schema
-from symgen.runtime.recording.marks import Marks, Surroundings
+from symgen.runtime.recording.marks import Marks
 from symgen.runtime.recording.recording import Quantities
+from symgen.runtime.recording.surroundings import Surroundings
 from symgen.runtime.recording.tethers import TetherWriter, tethers
 from symgen.runtime.report.svg import N_COLOURS
 

@@ -459,17 +459,19 @@ class Steps(Start):
     def _sum_of_two(self, is_difference: bool, a: int, b: int, n: int) -> Value:
         """The coefficient of order n of a + b or a - b; a multiple among them is one operation with the sum."""
         code, is_multiple = self.code, self._is_multiple
-        if is_multiple(b):
+        if is_multiple(b, n):
             factor, series = self._scaled(b, n)
             return (code.fnma if is_difference else code.fma)(factor, series, self.at(a, n))
-        if is_multiple(a):
+        if is_multiple(a, n):
             factor, series = self._scaled(a, n)
             other = self.at(b, n)
             return code.fma(factor, series, code.neg(other) if is_difference else other)
         return (code.sub if is_difference else code.add)(self.at(a, n), self.at(b, n))
 
-    def _is_multiple(self, node: int) -> bool:
-        return self.graph.op[node] == "scale" and not self.graph.is_constant(node)
+    def _is_multiple(self, node: int, n: int) -> bool:
+        """Whether a coefficient is that of a multiple, and its newest: older ones are there of kept series alone."""
+        g = self.graph
+        return g.op[node] == "scale" and not g.is_constant(node) and n == self.k + self.plan.lead[node]
 
     def at(self, node: int, n: int) -> Value:
         """The coefficient of order n; of a constant, it is there at order 0 only."""
