@@ -1,4 +1,4 @@
-"""The reciprocal of a root as LLVM IR, of a number or of a vector of numbers, to the same bits.
+"""The reciprocals of roots as LLVM IR, of the numbers in the lanes of a vector register.
 
 A root and a division are the slowest operations on vectors that there are, and do not overlap with others of their
 kind. Here the exponent is halved in the bits of the number, which is a seed to 3.5 % (the constant is that of
@@ -13,20 +13,14 @@ from __future__ import annotations
 from symgen.runtime.code.llvm_text import lanes_constant, lanes_suffix, lanes_type
 
 _SEED = 0x5FE6EB50C7B537A9
-_SMALLEST, _LARGEST = (
-    1e-280,
-    1e280,
-)  # beyond them, where no distance of a mechanism is, it is a root and a division
+# Beyond them, where no distance of a mechanism is, it is a root and a division.
+_SMALLEST, _LARGEST = 1e-280, 1e280
 
 
 def reciprocal_root(name: str, lanes: int) -> tuple[str, set[str]]:
     """Return the LLVM IR of `V name(V x)`, 1 / sqrt(x), and what it declares; the root is declared already."""
-    kind, flags, bits, suffix = (
-        lanes_type(lanes),
-        _type("i1", lanes),
-        _type("i64", lanes),
-        lanes_suffix(lanes),
-    )
+    kind, suffix = lanes_type(lanes), lanes_suffix(lanes)
+    flags, bits = f"<{lanes} x i1>", f"<{lanes} x i64>"
 
     def number(value: float) -> str:
         return lanes_constant(value, lanes)
@@ -50,8 +44,8 @@ def reciprocal_root(name: str, lanes: int) -> tuple[str, set[str]]:
     text = f"""define internal {kind} @{name}({kind} %x) alwaysinline nounwind {{
 entry:
 %bits = bitcast {kind} %x to {bits}
-%half = lshr {bits} %bits, {_splat(1, lanes)}
-%seed = sub {bits} {_splat(_SEED, lanes)}, %half
+%half = lshr {bits} %bits, splat (i64 1)
+%seed = sub {bits} splat (i64 {_SEED}), %half
 %r0 = bitcast {bits} %seed to {kind}
 {third_order(0, "%r0", "%r1")}
 {third_order(1, "%r1", "%r2")}
@@ -64,8 +58,9 @@ entry:
 %above = fcmp ogt {kind} %x, {number(_SMALLEST)}
 %below = fcmp olt {kind} %x, {number(_LARGEST)}
 %near = and {flags} %above, %below
-%far = xor {flags} %near, {_splat(1, lanes, "i1", "true")}
-{_any("%some", "%far", lanes)}
+%far = xor {flags} %near, splat (i1 true)
+%some.bits = bitcast {flags} %far to i{lanes}
+%some = icmp ne i{lanes} %some.bits, 0
 br i1 %some, label %each, label %done
 each:
 %root = call {kind} @llvm.sqrt.{suffix}({kind} %x)
@@ -80,17 +75,3 @@ ret {kind} %r
     return text, {
         f"declare {kind} @llvm.{fma}.{suffix}({kind}, {kind}, {kind})" for fma in ("fma", "fmuladd")
     }
-
-
-def _type(element: str, lanes: int) -> str:
-    return f"<{lanes} x {element}>" if lanes else element
-
-
-def _splat(value: int, lanes: int, element: str = "i64", text: str = "") -> str:
-    return f"splat ({element} {text or value})" if lanes else text or str(value)
-
-
-def _any(to: str, flags: str, lanes: int) -> str:
-    if not lanes:
-        return f"{to} = or i1 {flags}, false"
-    return f"{to}.bits = bitcast <{lanes} x i1> {flags} to i{lanes}\n{to} = icmp ne i{lanes} {to}.bits, 0"

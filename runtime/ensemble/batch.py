@@ -126,11 +126,8 @@ class BatchResult:
 def lanes_for(system: System, method: str, n: int) -> int:
     """Return how many lanes `n` members of a model take; their numbers do not depend on it."""
     is_short = system.operations.get("rhs", 0) <= _TWICE_AS_MANY.get(method, -1)
-    return (
-        2 * LANES
-        if is_short and n >= _FEWEST_FOR_MANY and not system.events and has_wide_registers()
-        else LANES
-    )
+    hides = is_short and n >= _FEWEST_FOR_MANY and not system.events and has_wide_registers()
+    return 2 * LANES if hides else LANES
 
 
 def stage_tolerances(n_stages: int, rtol: float, atol: float) -> tuple[float, float, float]:

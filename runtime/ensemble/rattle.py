@@ -569,7 +569,8 @@ def _find_end_rates(lanes: Lanes, t1: Value, h: Value, y: Rows, w: _Work) -> Non
     with code.each(lanes.m) as k:
         w.right[nv + k] = -w.residual[lanes.nh + k]
     _border(lanes, w.end.gradient, w.end.gradient, w)
-    copy_rows(lanes, w.right, w.unsolved, rows)
+    with code.when(lanes.give > 0.0):
+        copy_rows(lanes, w.right, w.unsolved, rows)
     w.trust(_factor(lanes, w))
     dense_lu.solve(code, Real(w.matrix), w.pivots, rows, Real(w.right))
     with code.when(lanes.give > 0.0):

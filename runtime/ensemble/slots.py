@@ -48,7 +48,7 @@ COLUMNS = (
     "t", "status", "steps", "rejected", "level", "energy_off", "kinetic", "least_potential", "most_potential", "work",
     "pivot", "taken", "most_taken", "position_residual", "velocity_residual",
     # Of the steps alone.
-    "h", "last_rejected", "active", "round_off", "shorter", "varied", "reach", "before", "grid",
+    "h", "last_rejected", "active", "round_off", "shorter", "varied", "reach", "far", "before", "grid",
     # Of events: whether sides are known, the last one's number from 1 on, the one of a step, whether that is for a run
     # of its own; resets so far, the time of the last one, and between the first two; the longest step.
     "armed", "fired", "next_event", "leaves", "resets", "last_reset", "first_flight", "longest",

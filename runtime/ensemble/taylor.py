@@ -32,6 +32,8 @@ from symgen.runtime.integrate.taylor import (
     CAUTION,
     DEFECT_LIMIT,
     FORGET,
+    CREEPS_FOR_LONG,
+    FORGET_FAR,
     FORGET_REACH,
     GOLDEN_RATIO,
     LARGEST_ROUND_OFF,
@@ -271,9 +273,11 @@ def _choose_step(
     chosen = code.smaller(reach, longest)
     creeping = code.variable(code.flags(False))
     with code.when(lanes.m > 0):
-        ahead = code.smaller(code.smaller(lanes.own("reach"), longest), stop - t)
+        reached = code.larger(lanes.own("reach"), lanes.own("far") * CREEPS_FOR_LONG)
+        ahead = code.smaller(code.smaller(reached, longest), stop - t)
         creeping.value = (reach < ahead * lanes.creeps) & ~again
-        lanes.set_own("reach", code.larger(lanes.own("reach") * FORGET_REACH, chosen), active & ~again)
+        for memory, forget in (("reach", FORGET_REACH), ("far", FORGET_FAR)):
+            lanes.set_own(memory, code.larger(lanes.own(memory) * forget, chosen), active & ~again)
     varied = lanes.own("varied") + GOLDEN_RATIO
     varied = code.select(varied >= 1.0, varied - 1.0, varied)
     fine = code.all_flags(lanes.rtol <= ROUND_OFF_RTOL)

@@ -308,9 +308,9 @@ AT_ONCE = 1.0 / 3.0
 # A step that went too far makes later ones 7 % shorter than their series promise, which is forgotten over 50 steps.
 CAUTION, FORGET = 0.07, 0.98
 # A float taken apart for its logarithm, the part by which steps are shorter, a limit of the next step (0: none), a
-# number between 0 and 1, another one in each step, and how far series have reached lately.
-BITS, SHORTER, LIMIT, VARIED, REACH = range(5)
-N_CELLS = 5
+# number between 0 and 1, another one in each step, and how far series have reached lately, and for longer.
+BITS, SHORTER, LIMIT, VARIED, REACH, FAR = range(6)
+N_CELLS = 6
 # Steps chosen by the state alone may fall into step with a periodic motion: then every lap rounds alike, and its errors
 # add up in proportion to the laps, not to their root. At the limit of round-off, steps are shortened by up to 5 %, by
 # multiples of the golden ratio modulo one, so that no two laps are alike.
@@ -322,8 +322,10 @@ LONGER_THAN_BEFORE = 2.0
 # Towards a change point, where branches of the positions that constraints allow cross, each series reaches only a part
 # of the way. States off by round-off lie on a curve that turns from one branch into the other there, and ever shorter
 # steps would follow it: below this part of how far series reached before, a method that steps across takes over. It
-# needs accelerations that round-off, which grows with the square of that part, leaves right to its tolerance.
-CREEPS, FORGET_REACH = 1e-4, 0.99
+# needs accelerations that round-off, which grows with the square of that part, leaves right to its tolerance. Steps
+# that shrink by little each are told by a second memory, which is longer: below a smaller part of what it holds.
+CREEPS, FORGET_REACH = 1e-4, 0.9
+CREEPS_FOR_LONG, FORGET_FAR = 0.25, 0.99
 CREEPS_AT_MOST, CREEPS_OF_ROUND_OFF = 3e-2, 0.5
 
 
@@ -537,9 +539,11 @@ def choose_step(order, loop, series, cell):
             CREEPS, min(CREEPS_AT_MOST, CREEPS_OF_ROUND_OFF * math.sqrt(EPS / loop.control[at.RTOL]))
         )
         left = loop.control[at.T_STOP] - loop.control[at.T]
-        if reach < creeps * min(cell[REACH], longest_step(loop.control), left):
+        before = max(cell[REACH], CREEPS_FOR_LONG * cell[FAR])
+        if reach < creeps * min(before, longest_step(loop.control), left):
             return at.STEP_TOO_SMALL
         cell[REACH] = max(loop.control[at.H], FORGET_REACH * cell[REACH])
+        cell[FAR] = max(loop.control[at.H], FORGET_FAR * cell[FAR])
     if loop.control[at.RTOL] <= ROUND_OFF_RTOL:
         cell[VARIED] = (cell[VARIED] + GOLDEN_RATIO) % 1.0
         loop.control[at.H] *= 1.0 - MOST_VARIED * cell[VARIED]

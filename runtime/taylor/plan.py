@@ -87,7 +87,7 @@ class Plan:
             self.lead[node] = lead
             pending += [(a, max(lead + offset, 0)) for a, offset in self.series_args(node)]
 
-    def _newest(self, node: int) -> list[int]:
+    def newest(self, node: int) -> list[int]:
         """The series whose newest coefficient the newest coefficient of `node` needs."""
         lead = self.lead
         return [a for a, offset in self.series_args(node) if lead[a] == lead[node] + offset]
@@ -97,7 +97,7 @@ class Plan:
         pending = sorted(self.lead, reverse=True)
         while pending:
             node = pending[-1]
-            missing = [a for a in self._newest(node) if a not in done]
+            missing = [a for a in self.newest(node) if a not in done]
             if node in done or not missing:
                 done[node] = None
                 pending.pop()
@@ -109,7 +109,7 @@ class Plan:
         found: set[int] = set()
         unknowns = set(self.motion.unknowns)
         for node in self.order:
-            if node in unknowns or any(a in found for a in self._newest(node)):
+            if node in unknowns or any(a in found for a in self.newest(node)):
                 found.add(node)
         return found
 
@@ -118,7 +118,7 @@ class Plan:
         for node in self.order:
             # The rates of the last step were its last result.
             late = int(node in self.motion.rates)
-            depth[node] = 1 + max((depth[a] for a in self._newest(node)), default=late)
+            depth[node] = 1 + max((depth[a] for a in self.newest(node)), default=late)
         return depth
 
     def _is_short_by_weights(self) -> bool:
@@ -147,14 +147,14 @@ class Plan:
             node = pending.pop()
             if node not in closed:
                 closed.add(node)
-                pending += [a for a in self._newest(node) if a in self.open]
+                pending += [a for a in self.newest(node) if a in self.open]
         return kept, closed
 
     def _spreading(self) -> set[int]:
         found: set[int] = set()
         pending = [node for node in self.closed_later if self.graph.op[node] not in LINEAR]
         while pending:
-            for a in self._newest(pending.pop()):
+            for a in self.newest(pending.pop()):
                 if a in self.open and a not in found:
                     found.add(a)
                     pending.append(a)

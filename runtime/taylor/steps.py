@@ -659,7 +659,7 @@ class Steps(Start):
             constant, combine = self.constant(args[0]), code.mul if kind == "scale" else code.kept
             return [(args[1], lambda x: combine(constant, x))]
         found = []
-        newest = self._newest_args(node)
+        newest = self.plan.newest(node)
         for i, a in enumerate(args):
             if a in newest and a in self.plan.open:
                 unit: list[Value] = [None for _ in args]
@@ -700,7 +700,7 @@ class Steps(Start):
         before = self.at(node, self.k + lead)
         if node in change:  # so are the unknowns
             return self.corrected(before, change[node], lead)
-        newest, parts = self._newest_args(node), []
+        newest, parts = self.plan.newest(node), []
         for a in self.graph.args[node]:
             if a not in newest or a not in self.plan.open:
                 parts.append(None)
@@ -719,7 +719,7 @@ class Steps(Start):
     def _change(self, node: int, change: dict[int, Value]) -> Value:
         """The correction of a series, times (k + lead)! / k!, from those of what it is made of."""
         kind, args, code = self.graph.op[node], self.graph.args[node], self.code
-        newest = self._newest_args(node)
+        newest = self.plan.newest(node)
         parts = [change.get(a) if a in newest else None for a in args]
         if kind in ("integral", "shift"):
             return parts[0]
@@ -730,11 +730,6 @@ class Steps(Start):
         if kind == "kept":
             return code.kept(self.constant(args[0]), parts[1])
         return self._with_change(node, parts, None)
-
-    def _newest_args(self, node: int) -> set[int]:
-        """What a series is made of whose newest coefficient its own newest one needs."""
-        lead = self.plan.lead
-        return {a for a, offset in self.plan.series_args(node) if lead[a] == lead[node] + offset}
 
     def _with_change(self, node: int, parts: list[Value], before: Value) -> Value:
         """What a product, quotient, root or power becomes as the newest coefficients of its parts change."""
