@@ -382,7 +382,8 @@ def _resume_members(lanes: Lanes, begin: Callable[[Lanes], Value]) -> None:
 
 # Of the columns: what a lane knows of its steps and of its events, as far as these are other ones behind a switch.
 _BEGIN_ANEW = (
-    "status", "last_rejected", "round_off", "shorter", "varied", "reach", "far", "before", "armed", "next_event", "leaves",
+    "status", "last_rejected", "round_off", "shorter", "varied", "reach", "far", "before",
+    "armed", "next_event", "leaves",
 )  # fmt: skip
 
 
