@@ -29,6 +29,7 @@ def record(
         return lambda one: record(one, kw_only=kw_only, eq=eq)
     made = dataclass(init=False, repr=False, eq=False, kw_only=kw_only)(cls)
     made.__init__, made.__setattr__, made.__delattr__ = _init, _set, _delete
+    made._layout = _Layout(made)
     if "__repr__" not in vars(made):
         made.__repr__ = _repr
     if eq:
@@ -37,32 +38,47 @@ def record(
 
 
 def _init(self: Any, *values: Any, **named: Any) -> None:
-    fields, own = self.__dataclass_fields__, vars(self)
-    if len(values) > len(self.__match_args__):
-        most = len(self.__match_args__)
-        raise TypeError(f"{type(self).__name__} takes {most} values at most, and {len(values)} are given")
+    own, layout = vars(self), self._layout
+    own.update(layout.defaults)
     own.update(zip(self.__match_args__, values))
-    if not named.keys() <= fields.keys():
-        name = next(name for name in named if name not in fields)
-        raise TypeError(f"{type(self).__name__}.__init__() got an unexpected keyword argument {name!r}")
-    if not own.keys().isdisjoint(named):
-        name = next(name for name in named if name in own)
-        raise TypeError(f"{type(self).__name__}.__init__() got multiple values for argument {name!r}")
     own.update(named)
-    if len(own) < len(fields):
-        for name, field in fields.items():
-            if name not in own:
-                own[name] = _default(self, field)
-    if hasattr(self, "__post_init__"):
+    for name, factory in layout.factories:
+        if name not in own:
+            own[name] = factory()
+    if own.keys() != self.__dataclass_fields__.keys() or not layout.is_free(values, named):
+        _refuse(self, values, named)
+    if layout.has_post_init:
         self.__post_init__()
 
 
-def _default(self: Any, field: Any) -> Any:
-    if field.default is not MISSING:
-        return field.default
-    if field.default_factory is not MISSING:
-        return field.default_factory()
-    raise TypeError(f"{type(self).__name__}.__init__() missing the required argument {field.name!r}")
+class _Layout:
+    """What making an instance of a class needs: found once."""
+
+    def __init__(self, cls: Any):
+        fields = cls.__dataclass_fields__
+        self.names = cls.__match_args__
+        self.defaults = {name: f.default for name, f in fields.items() if f.default is not MISSING}
+        self.factories = [
+            (name, f.default_factory) for name, f in fields.items() if f.default_factory is not MISSING
+        ]
+        self.has_post_init = hasattr(cls, "__post_init__")
+
+    def is_free(self, values: tuple, named: dict[str, Any]) -> bool:
+        """Whether each value has a name of its own."""
+        return len(values) <= len(self.names) and named.keys().isdisjoint(self.names[: len(values)])
+
+
+def _refuse(self: Any, values: tuple, named: dict[str, Any]) -> None:
+    kind, fields, names = type(self).__name__, self.__dataclass_fields__, self.__match_args__
+    if len(values) > len(names):
+        raise TypeError(f"{kind} takes {len(names)} values at most, and {len(values)} are given")
+    for name in named:
+        if name not in fields:
+            raise TypeError(f"{kind}.__init__() got an unexpected keyword argument {name!r}")
+        if name in names[: len(values)]:
+            raise TypeError(f"{kind}.__init__() got multiple values for argument {name!r}")
+    missing = next(name for name in fields if name not in vars(self))
+    raise TypeError(f"{kind}.__init__() missing the required argument {missing!r}")
 
 
 def _set(self: Any, name: str, value: Any) -> None:

@@ -82,3 +82,8 @@ def test_hashes_and_keywords():
         a: int
 
     assert Place(1) != Place(1) and len({Place(1), Place(1)}) == 2
+
+
+def test_a_wrong_name_does_not_stand_in_for_a_missing_one():
+    with pytest.raises(TypeError, match="unexpected keyword argument 'w'"):
+        Made(value=1.0, parts=[], hidden=None, w=2)
