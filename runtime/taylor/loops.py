@@ -277,10 +277,8 @@ READ_LAST = """%order.at = load double, ptr %out, align 8
 %last = sub i64 %order, 2"""
 
 
-_ENDS = 2
-FIRST_IN_LOOP = (
-    3  # from here on the two oldest and the two newest coefficients of a factor are four different ones
-)
+# From here on the two oldest and the two newest coefficients of a factor are four different ones.
+FIRST_IN_LOOP = 3
 _ANY = 1 << 20  # stands for the loop's order where orders are numbers
 _FEW_PRODUCTS = 36
 _FEWEST_SQUARES = 8
@@ -288,16 +286,26 @@ _MOST_WRITTEN_OUT = 5500  # operations, loads and stores; they take a sixth of a
 _LANES_TERM = 4  # operations for a term of a sum of lanes
 
 
+def ends_apart(plan: Plan) -> int:
+    """Return how many terms at either end of a sum are added by themselves, in place of in the lanes of a vector.
+
+    The newest coefficients come last. Where all wait for a solution that waits for them, two by themselves make the
+    wait shorter; where nothing is solved for, or there is much else to do meanwhile, vectors are faster.
+    """
+    return 2 if plan.motion.unknowns and len(plan.convolutions) < _FEW_PRODUCTS else 1
+
+
 class _Unrolled(Steps):
     def __init__(self, code: Code, plan: Plan, n_y: int, max_order: int, n_rows: int) -> None:
         super().__init__(code, plan, n_y, n_rows)
+        self.ends = ends_apart(plan)
         self.table = LaneTable(code, plan, max_order + LONGEST_LEAD + 1, 1)
         self._rows: dict[tuple[int, tuple[int, ...], int], Value] = {}
         self._sums: dict[tuple[int, int], list[Value]] = {}
 
     def inner_sum(self, node: int, n: int, terms: list[int]) -> tuple[Value, list[int]]:
         item, lane = self.table.place[node]
-        inner = [j for j in terms if _ENDS <= j <= n - _ENDS]
+        inner = [j for j in terms if self.ends <= j <= n - self.ends]
         if item.width == 1 or not inner:
             return super().inner_sum(node, n, terms)
         if (id(item), n) not in self._sums:
@@ -391,7 +399,7 @@ class _Rolled(Steps):
     def __init__(self, code: Code, plan: Plan, n_y: int, max_order: int, n_rows: int) -> None:
         super().__init__(code, plan, n_y, n_rows)
         self._length = max_order + LONGEST_LEAD + 1
-        self.ends = 2 if len(plan.convolutions) < _FEW_PRODUCTS else 1
+        self.ends = ends_apart(plan)
         self.reciprocals = 0 if code.lanes else code.reserve(self._length)
         self.history = {node: code.reserve(self._length) for node in sorted(plan.kept)}
         fewest, known = (1, self.history) if code.lanes else (_FEWEST_SQUARES, None)
