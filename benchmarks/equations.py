@@ -8,13 +8,14 @@ Both forms of a model are called by turns, in processor time; the least of nine 
 from __future__ import annotations
 
 import argparse
+import itertools
 import time
 from collections.abc import Callable
 from unittest import mock
 
 import numpy as np
 
-from symgen import Model, cos, runtime, sin
+from symgen import Model, cos, dot, runtime, sin
 from symgen.derive.solve import choice
 from symgen.link import derive_text
 from symgen.runtime.code.bridge import call_kernel
@@ -53,11 +54,29 @@ def rods(n: int) -> Model:
     return model
 
 
+def windows(n: int) -> Model:
+    """Four-bars side by side in natural coordinates, those of the pins: uniform rods of 1 m."""
+    model = Model("windows", gravity=(0, "-9.81"))
+    m, g = model.parameters(m=1.0, g=9.81)
+    pins = [(model.coordinate(f"x{k}", guess=k + 0.3), model.coordinate(f"y{k}", guess=0.95)) for k in range(n + 1)]
+    for k, (x, y) in enumerate(pins):
+        model.kinetic(m * (dot(x) ** 2 + dot(y) ** 2) / 6)
+        model.potential(m * g * y / 2)
+        model.constraint(f"rocker{k}", (x - k) ** 2 + y**2 - 1)
+    for k, ((x, y), (other_x, other_y)) in enumerate(itertools.pairwise(pins)):
+        model.kinetic(m * (dot(x) ** 2 + dot(x) * dot(other_x) + dot(other_x) ** 2) / 6)
+        model.kinetic(m * (dot(y) ** 2 + dot(y) * dot(other_y) + dot(other_y) ** 2) / 6)
+        model.potential(m * g * (y + other_y) / 2)
+        model.constraint(f"coupler{k}", (other_x - x) ** 2 + (other_y - y) ** 2 - 1)
+    return model
+
+
 FAMILIES: dict[str, tuple[Callable[[int], Model], tuple[int, ...]]] = {
     "chain": (chain, (8, 10, 20, 50)),
     "chain in space": (lambda n: chain(n, space=True), (5, 10, 20)),
     "loop": (lambda n: chain(n, closed=True), (10, 20, 50)),
     "rods": (rods, (10, 20, 50)),
+    "windows, natural coordinates": (windows, (5, 10, 20, 40)),
 }
 
 
