@@ -58,7 +58,10 @@ def windows(n: int) -> Model:
     """Four-bars side by side in natural coordinates, those of the pins: uniform rods of 1 m."""
     model = Model("windows", gravity=(0, "-9.81"))
     m, g = model.parameters(m=1.0, g=9.81)
-    pins = [(model.coordinate(f"x{k}", guess=k + 0.3), model.coordinate(f"y{k}", guess=0.95)) for k in range(n + 1)]
+    pins = [
+        (model.coordinate(f"x{k}", guess=k + 0.3), model.coordinate(f"y{k}", guess=0.95))
+        for k in range(n + 1)
+    ]
     for k, (x, y) in enumerate(pins):
         model.kinetic(m * (dot(x) ** 2 + dot(y) ** 2) / 6)
         model.potential(m * g * y / 2)
