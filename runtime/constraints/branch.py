@@ -9,6 +9,7 @@ import numpy as np
 
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.linear import ONE, unsigned
 from symgen.runtime.integrate.loop import copy
 
 # M is factored by Cholesky, S = G M⁻¹ Gᵀ by Cholesky with diagonal pivoting, stopped at the rank. `a` comes
@@ -26,37 +27,53 @@ _TINY_INERTIA = 1e-8  # of the largest: where a constraint carries the coordinat
 
 @jitted
 def cholesky(a, n):
-    """Replace the lower triangle of the leading n × n block by its Cholesky factor; False if indefinite."""
-    for j in range(n):
-        largest = a[j, j]
-        for k in range(j):
-            a[j, j] -= a[j, k] * a[j, k]
-        if not a[j, j] > _SINGULAR_MASS * abs(largest):
+    """Replace the leading n × n block by its Cholesky factor L, and above it Lᵀ; False if it is indefinite.
+
+    Only the block's upper triangle is read. What is zero costs nothing: most rates have little to do with each other.
+    """
+    n = unsigned(n)
+    for k in range(n):
+        pivot = a[k, k]
+        for i in range(k):
+            pivot -= a[i, k] * a[i, k]
+        if not pivot > _SINGULAR_MASS * abs(a[k, k]):
             return False
-        a[j, j] = math.sqrt(a[j, j])
-        for i in range(j + 1, n):
-            for k in range(j):
-                a[i, j] -= a[i, k] * a[j, k]
-            a[i, j] /= a[j, j]
+        root = math.sqrt(pivot)
+        a[k, k] = root
+        for j in range(k + ONE, n):
+            if a[k, j] != 0.0:
+                a[k, j] /= root
+            a[j, k] = a[k, j]
+        for i in range(k + ONE, n):
+            value = a[k, i]
+            if value != 0.0:
+                for j in range(i + ONE, n):
+                    a[i, j] -= value * a[k, j]
     return True
 
 
 @jitted
 def forward_substitution(lower, n, x):
-    """Replace x by L⁻¹x."""
-    for i in range(n):
-        for k in range(i):
-            x[i] -= lower[i, k] * x[k]
-        x[i] /= lower[i, i]
+    """Replace x by L⁻¹x; Lᵀ stands above L."""
+    n = unsigned(n)
+    for k in range(n):
+        if x[k] != 0.0:
+            x[k] /= lower[k, k]
+            value = x[k]
+            for i in range(k + ONE, n):
+                x[i] -= lower[k, i] * value
 
 
 @jitted
 def back_substitution(lower, n, x):
-    """Replace x by L⁻ᵀx."""
-    for i in range(n - 1, -1, -1):
-        for k in range(i + 1, n):
-            x[i] -= lower[k, i] * x[k]
-        x[i] /= lower[i, i]
+    """Replace x by L⁻ᵀx; Lᵀ stands above L."""
+    n = unsigned(n)
+    for k in range(n):
+        i = n - k - ONE
+        total = x[i]
+        for j in range(i + ONE, n):
+            total -= lower[i, j] * x[j]
+        x[i] = total / lower[i, i]
 
 
 @jitted
@@ -109,8 +126,8 @@ def factor_constraints(lower_mass, jacobian, sizes, tolerance, z, lower, order, 
         How large each row of the Jacobian is compared with what it is nearby, squared, at most 1.
     tolerance : float
         Pivots below this part of the first count as zero.
-    z : ndarray, shape (m, n)
-        Written: the transpose of L⁻¹Gᵀ.
+    z : ndarray, shape (n, m)
+        Written: L⁻¹Gᵀ.
     lower : ndarray, shape (m, m)
         Written: the factor, rows in the order of the pivots.
     order : ndarray of int64, shape (m,)
@@ -119,15 +136,26 @@ def factor_constraints(lower_mass, jacobian, sizes, tolerance, z, lower, order, 
         Written: makes the diagonal of S `sizes`, so that units of constraints do not matter, and a row that vanishes
         is seen.
     """
-    m, n = z.shape
+    n, m = unsigned(z.shape[0]), unsigned(z.shape[1])
+    for k in range(n):
+        for j in range(m):
+            z[k, j] = jacobian[j, k]
+    for j in range(m):
+        scale[j] = 0.0
+    for k in range(n):
+        pivot = lower_mass[k, k]
+        for j in range(m):
+            if z[k, j] != 0.0:
+                z[k, j] /= pivot
+                scale[j] += z[k, j] * z[k, j]
+        for i in range(k + ONE, n):
+            value = lower_mass[k, i]
+            if value != 0.0:
+                for j in range(m):
+                    z[i, j] -= value * z[k, j]
     trace = 0.0
     for j in range(m):
-        for k in range(n):
-            z[j, k] = jacobian[j, k]
-        forward_substitution(lower_mass, n, z[j])
-        square = 0.0
-        for k in range(n):
-            square += z[j, k] * z[j, k]
+        square = scale[j]
         scale[j] = math.sqrt(sizes[j] / square) if square != 0.0 else 1.0
         order[j] = j
         trace += square
@@ -136,18 +164,24 @@ def factor_constraints(lower_mass, jacobian, sizes, tolerance, z, lower, order, 
         for i in range(m):
             for j in range(m):
                 lower[i, j] = math.nan
-        return m, math.nan
+        return np.int64(m), math.nan
     for i in range(m):
-        for j in range(i + 1):
-            total = 0.0
-            for k in range(n):
-                total += z[i, k] * z[j, k]
-            lower[i, j] = total * scale[i] * scale[j]
+        for j in range(m):
+            lower[i, j] = 0.0
+    for k in range(n):
+        for i in range(m):
+            value = z[k, i]
+            if value != 0.0:
+                for j in range(i + ONE):
+                    lower[i, j] += value * z[k, j]
+    for i in range(m):
+        for j in range(i + ONE):
+            lower[i, j] = lower[i, j] * scale[i] * scale[j]
             lower[j, i] = lower[i, j]
     ratio, first = 0.0, 0.0
     for k in range(m):
         best = k
-        for i in range(k + 1, m):
+        for i in range(k + ONE, m):
             if lower[i, i] > lower[best, best]:
                 best = i
         if k == 0:
@@ -157,18 +191,21 @@ def factor_constraints(lower_mass, jacobian, sizes, tolerance, z, lower, order, 
             pivot = k
         value = lower[pivot, pivot]
         if not (value > tolerance * first and value > 0.0):
-            return k, ratio
+            return np.int64(k), ratio
         ratio = value / first
         _swap(lower, order, k, pivot)
         root = math.sqrt(value)
         lower[k, k] = root
-        for i in range(k + 1, m):
-            lower[i, k] /= root
-        for j in range(k + 1, m):
-            for i in range(j, m):
-                lower[i, j] -= lower[i, k] * lower[j, k]
-                lower[j, i] = lower[i, j]
-    return m, ratio
+        for i in range(k + ONE, m):
+            if lower[k, i] != 0.0:
+                lower[k, i] /= root
+            lower[i, k] = lower[k, i]
+        for i in range(k + ONE, m):
+            part = lower[k, i]
+            if part != 0.0:
+                for j in range(k + ONE, m):
+                    lower[i, j] -= part * lower[k, j]
+    return np.int64(m), ratio
 
 
 @jitted
@@ -204,14 +241,14 @@ def least_pivot(lower, rank, x):
 
 @jitted
 def _swap(lower, order, k, pivot):
-    """Exchange rows and columns k and pivot: of the finished columns their rows, of the rest both."""
+    """Exchange rows and columns k and pivot."""
     if pivot == k:
         return
     m = order.shape[0]
     order[k], order[pivot] = order[pivot], order[k]
     for j in range(m):
         lower[k, j], lower[pivot, j] = lower[pivot, j], lower[k, j]
-    for i in range(k, m):
+    for i in range(m):
         lower[i, k], lower[i, pivot] = lower[i, pivot], lower[i, k]
 
 
@@ -229,17 +266,18 @@ def constrained_solve(b, rank):
     """
     lower_mass, z, lower, order, scale = b.mass, b.z, b.lower, b.order, b.scale
     f, gamma, a, multipliers = b.forces, b.target, b.step, b.multipliers
-    m, n = z.shape
-    basic = b.solver[:m]
+    n, m = unsigned(z.shape[0]), unsigned(z.shape[1])
+    basic, asked = b.solver[:m], b.solver[m : 2 * m]
     forward_substitution(lower_mass, n, f)
     for j in range(m):
         multipliers[j] = 0.0
+        asked[j] = gamma[j]
+    for k in range(n):
+        for j in range(m):
+            asked[j] -= z[k, j] * f[k]
     for i in range(rank):
         j = order[i]
-        basic[i] = gamma[j]
-        for k in range(n):
-            basic[i] -= z[j, k] * f[k]
-        basic[i] *= scale[j]
+        basic[i] = asked[j] * scale[j]
     forward_substitution(lower, rank, basic)
     back_substitution(lower, rank, basic)
     for k in range(n):
@@ -248,9 +286,9 @@ def constrained_solve(b, rank):
         j = order[i]
         multipliers[j] = basic[i] * scale[j]
         for k in range(n):
-            a[k] += z[j, k] * multipliers[j]
+            a[k] += z[k, j] * multipliers[j]
     back_substitution(lower_mass, n, a)
-    if 0 < rank < m:
+    if 0 < rank < z.shape[1]:
         _least_norm(lower, order, scale, rank, multipliers, b.solver)
 
 
@@ -301,6 +339,7 @@ ON_BRANCH = 1e-12  # of the first pivot: below, a constraint says nothing even o
 _ROUND_OFF = 3e-14  # of characteristic sizes, or of the velocity in the metric of M
 _MOST_STEPS = 6
 _CONVERGES = 0.25  # what a Gauss step may leave of the residual
+_SETTLED = 1e-12  # of the first residual: what a step changes from here on is round-off, and no factor
 _SAME_VOLUME = 0.5  # by how much the product of the pivots may change in the last step
 
 
@@ -311,7 +350,7 @@ class Buffers(NamedTuple):
     mass: np.ndarray  # (nv, nv): factor of M, or of M + s GᵀG
     kept: np.ndarray  # (nv, nv)
     jacobian: np.ndarray  # (m, nv): G
-    z: np.ndarray  # (m, nv): from here on see `factor_constraints`
+    z: np.ndarray  # (nv, m): from here on see `factor_constraints`
     lower: np.ndarray  # (m, m)
     order: np.ndarray  # (m,)
     scale: np.ndarray  # (m,)
@@ -348,7 +387,7 @@ def buffers(context, order, work):
     mass, work = work[: nv * nv].reshape((nv, nv)), work[nv * nv :]
     kept, work = work[: nv * nv].reshape((nv, nv)), work[nv * nv :]
     jacobian, work = work[: m * nv].reshape((m, nv)), work[m * nv :]
-    z, work = work[: m * nv].reshape((m, nv)), work[m * nv :]
+    z, work = work[: m * nv].reshape((nv, m)), work[m * nv :]
     lower, work = work[: m * m].reshape((m, m)), work[m * m :]
     scale, sizes, shift, work = work[:m], work[m : 2 * m], work[2 * m : 2 * m + 1], work[2 * m + 1 :]
     solver, work = work[: buffer_size(m)], work[buffer_size(m) :]
@@ -374,13 +413,16 @@ def move_to_branch(context, t, b, p, weights):
     the last, and how large, jumps with their order.)
     """
     rank, _, volume = factor(context, t, b, p, weights, ON_BRANCH)
-    before, same = math.inf, True
+    before, first, same = math.inf, 0.0, True
     for _ in range(_MOST_STEPS if context[NH] > 0 else 0):
         size = position_step(context, t, b, p, rank)
+        first = max(first, size)
+        if size <= _SETTLED * first:
+            break
         old, old_rank = volume, rank
         rank, _, volume = factor(context, t, b, p, weights, ON_BRANCH)
         same = rank == old_rank and abs(volume - old) <= _SAME_VOLUME * old
-        if size == 0.0 or not size <= _CONVERGES * before:
+        if not size <= _CONVERGES * before:
             break
         before = size
     velocity_step(context, t, b, p, rank)
