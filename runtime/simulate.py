@@ -252,6 +252,7 @@ def _open(system: System, options: RunOptions, choice: Choice | None, began: flo
     if moving:
         system = drive.drive(system, moving, p, options.t_start, options.t_end)
     form = choose_constraints(options.constraints, system, options.method) if choice is None else None
+    remembered(system, ("values", p.tobytes()), lambda: system.refuse_values(p) or True)
     p, found = found_parameters(system, p, options)
     assembly = consistent_start(system, p, options)
     state = np.concatenate([assembly.q, assembly.v])

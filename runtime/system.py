@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -181,6 +181,32 @@ class System(ModelFunctions):
                 )
             p[self._p_index[name]] = float(value)
         return p
+
+    def vetted_by(self, make: Callable[[], Any]) -> System:
+        """Return this system, whose runs with other parameters are looked at by the checks of its description.
+
+        Parameters
+        ----------
+        make : callable
+            Gives a `symgen.model.values_of_runs.ValuesOfRuns` where there is such a run.
+        """
+        self.__dict__["_make_values_of_runs"] = make
+        return self
+
+    @property
+    def values_of_runs(self) -> Any:
+        """What refuses values of parameters in runs; None where the description is not at hand."""
+        if "_values_of_runs" not in self.__dict__:
+            make = self.__dict__.get("_make_values_of_runs")
+            self.__dict__["_values_of_runs"] = make and make()
+        return self.__dict__["_values_of_runs"]
+
+    def refuse_values(self, p: np.ndarray) -> None:
+        """Raise RuntimeModelError where parameters are none that the model's description allows, if that is at hand."""
+        n = len(self.parameters)
+        if not np.array_equal(p[:n], self._p[:n]) and self.values_of_runs is not None:
+            names = (record["name"] for record in self.parameters)
+            self.values_of_runs.refuse(dict(zip(names, p[:n].tolist(), strict=True)))
 
     def place_of_parameter(self, name: str) -> int:
         """Return where in `p` a parameter or input is."""

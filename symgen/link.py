@@ -116,10 +116,11 @@ def derive(model: Model, jacobian: bool = False) -> System:
     symgen.runtime.System
     """
     description = model.describe()
+    vet = model.values_of_runs()
     if jacobian:
-        return runtime.load(_derived_text(description, jacobian=True).text)
+        return runtime.load(_derived_text(description, jacobian=True).text).vetted_by(vet)
     text = _derived_text(description, on_demand=not _wants_all(description)).text
-    return runtime.load(text, _uncollected(lambda: _derived_text(description).text))
+    return runtime.load(text, _uncollected(lambda: _derived_text(description).text)).vetted_by(vet)
 
 
 def load(
@@ -161,11 +162,29 @@ def load(
         text = module_for(path, given, on_demand=True).text
     except ModelError as error:
         raise error.located(file=str(path)) from None
-    here = path.absolute()  # the working folder may be another one when the rest is asked for
-    system = runtime.load(text, lambda: module_for(here, given).text)
+    system = load_module(text, path, given)
     if functions or frames or actuators:
         return system.with_robot(robot(path, functions, frames, actuators, **options))
     return system
+
+
+def load_module(
+    text: str, path: Path, options: dict[str, str], notify: Callable[[str], None] | None = None
+) -> System:
+    """Load the module of a model file, with ways to what it leaves out and to the checks of its description.
+
+    Parameters
+    ----------
+    text : str
+    path : Path
+    options : dict of str to str
+        Build options of a `.py` description.
+    notify : callable, optional
+        As of `module_for`.
+    """
+    here = path.absolute()  # the working folder may be another one when these are asked for
+    system = runtime.load(text, lambda: module_for(here, options, notify).text)
+    return system.vetted_by(lambda: library.load(here, options).values_of_runs(str(path))())
 
 
 def robot(

@@ -155,3 +155,13 @@ def test_against_a_moving_belt():
     assert solution.ok, [check.says for check in solution.objections]
     # Slow belts carry it until the static force gives way: it swings about the place of the sliding one.
     assert 0.6 < solution["x"].max() < 0.77 and solution["x"].min() < 0.6
+
+
+def test_bristles_that_bear_nothing_are_refused_by_name():
+    m = Model("m")
+    m.body("b", mass=1, com=(m.coordinate("x", unit="m"), 0))
+    with pytest.raises(
+        ModelError, match=r"coulomb: it is 0 .* write what is left as a force, such as -c\*dot"
+    ):
+        m.bristle("rub", coordinate="x", stiffness=1e5, coulomb=0)
+        m.describe()

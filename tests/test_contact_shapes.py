@@ -747,12 +747,60 @@ def test_a_ball_runs_over_a_mesh_as_over_a_box(stiffness, tmp_path):
         assert runs[0][name][-1] == pytest.approx(runs[1][name][-1], abs=1e-7)
 
 
-def test_meshes_of_many_corners_and_capsules_on_meshes_are_refused_with_a_remedy(tmp_path):
+@pytest.mark.parametrize("first", [True, False])
+def test_a_capsule_is_as_far_from_a_mesh_as_a_search_finds(first, tmp_path):
+    """By weights of the corners of the hull and of both ends of the core; what lies on a side has two gaps there."""
+    m = Model("log_and_stone", folder=tmp_path)
+    write_hull(tmp_path / "stone.stl", STONE)
+    free_body(m, "stone", {"mesh": "stone.stl"})
+    free_body(m, "log", {"capsule": [0.05, 0.4]})
+    names = ("log", "stone") if first else ("stone", "log")
+    m.contact("hit", body=names[0], other=names[1], restitution=0.5)
+    system, rng, n_apart = m.derive(), np.random.default_rng(9), 0
+    for _ in range(60):
+        stone, log = random_pose(rng, 0.2), random_pose(rng, 0.25)
+        ends = log[:3] + np.outer((-0.2, 0.2), matrix(log)[:, 2])
+        corners = stone[:3] + STONE @ matrix(stone).T
+        n = len(corners)
+        heavy = np.zeros((2, n + 2))
+        heavy[0, :n] = heavy[1, n:] = 1e3
+        rows = np.vstack([np.hstack([corners.T, -ends.T]), heavy])
+        weights = lsq_linear(rows, [0, 0, 0, 1e3, 1e3], (0, 1), tol=1e-15, method="bvls").x
+        own, other = weights[:n] / weights[:n].sum(), weights[n:] / weights[n:].sum()
+        depth = np.linalg.norm(own @ corners - other @ ends)
+        if depth > 1e-4:
+            n_apart += 1
+            found = gaps(system, np.concatenate([stone, log, np.zeros(12)]))
+            assert found.min() == pytest.approx(depth - 0.05, abs=1e-6)
+    assert n_apart > 25
+
+
+@pytest.mark.parametrize("stiffness", [None, "1e5 N/m^1.5"])
+def test_a_capsule_falls_on_a_mesh_as_on_a_box(stiffness, tmp_path):
+    """A box has gaps of its own, by clamping; it bounces on two edges and turns; where it gives way, it rubs."""
+    runs = []
+    for shape in ({"mesh": "beam.stl"}, {"box": [0.2, 8, 0.4]}):
+        m = Model("beam", gravity=(0, 0, "-9.81 m/s^2"), folder=tmp_path)
+        write_hull(tmp_path / "beam.stl", box_corners((0.2, 8, 0.4)))
+        turn = Rotation.from_euler("xyz", [0.1, np.pi / 2 - 0.1, 0.2]).as_quat()[[3, 0, 1, 2]]
+        free_body(m, "log", {"capsule": [0.05, 0.6]}, (0.02, 0.1, 0.2, *turn), (0.1, 0.2, 0, 0, 0, 1.0))
+        m.body("beam", mass=1, shape=shape)
+        m.joint("held", type="fixed", child="beam", origin={"xyz": [0, 0, -0.2]})
+        rubs = {"stiffness": stiffness, "friction": 0.2, "smooth": 1e-3}
+        m.contact("hit", body="log", other="beam", **(rubs if stiffness else {"restitution": 0.3}))
+        runs.append(m.derive().run(t_end=0.5, rtol=1e-10, method="dop853", max_step=0.01))
+    assert all(run.ok for run in runs)
+    assert abs(runs[0]["log_free_x"][-1] - 0.07) > 0.005  # it was touched
+    for name in ("log_free_x", "log_free_y", "log_free_z", "log_free_qw", "log_free_qz"):
+        assert runs[0][name][-1] == pytest.approx(runs[1][name][-1], abs=1e-7)
+
+
+def test_meshes_of_many_corners_are_refused_with_a_remedy(tmp_path):
     turns = np.random.default_rng(1).normal(size=(32, 3))
     write_hull(tmp_path / "ball.stl", turns / np.linalg.norm(turns, axis=1)[:, None])
     for other, says in (
         ({"mesh": "ball.stl"}, "the most are 1200"),
-        ({"capsule": [0.1, 0.3]}, "a mesh and a capsule"),
+        ({"capsule": [0.1, 0.3]}, "the most are 160"),
     ):
         m = Model("balls", folder=tmp_path)
         free_body(m, "a", {"mesh": "ball.stl"})

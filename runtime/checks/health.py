@@ -32,6 +32,7 @@ blow_up = Late("symgen.runtime.checks.blow_up")
 branches = Late("symgen.runtime.checks.branches")
 contact_settings = Late("symgen.runtime.contact.settings")
 drift_of_constraints = Late("symgen.runtime.constraints.drift")
+pushing_friction = Late("symgen.runtime.checks.pushing_friction")
 held = Late("symgen.runtime.checks.held")
 jacobian = Late("symgen.runtime.checks.jacobian")
 levels = Late("symgen.runtime.constraints.levels")
@@ -115,6 +116,7 @@ def check(solution: Solution) -> list[HealthCheck]:
     * stops: no gap below zero by more than 10 times what the tolerances leave of the coordinates it depends on.
     * windings: no bushing, nor a spring over an angle of directions, wound up so far that its angle jumps.
     * held: no friction that sticks with a force beyond its limit by more than a tenth, no stop that pulls, at frames.
+    * friction: no dry friction with a negative force, at frames.
     * time terms: what time alone does is resolved by a fixed step, and not too much for any.
     * missed events, poles (fixed steps), accuracy (the estimated error, of regular ends), and notes on the Jacobian,
       stiffness (explicit methods, many steps), negative damping and stiffness: each in its own file.
@@ -154,6 +156,8 @@ def _further(solution: Solution, method: Method) -> Iterator[HealthCheck]:
         yield from missed_events.missed_events(solution)
     if any(switch["kind"] == "stop" for switch in solution.system.switches):
         yield stops.stops(solution)
+    if any(switch["kind"] == "friction" for switch in solution.system.switches):
+        yield from pushing_friction.pushing_friction(solution)
     if solution.forms is not None:
         yield held.held(solution)
     if solution.system.source.header.get("windings"):

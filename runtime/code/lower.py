@@ -116,8 +116,10 @@ class StraightLine:
         if function in ("sin", "cos"):
             return self._sincos(arguments[0])[function == "cos"]
         symbol, definition = lanes_call(function, len(arguments), lanes)
-        self.solvers[symbol] = definition
-        if function not in VECTOR_INTRINSICS:
+        if function in VECTOR_INTRINSICS:
+            self.solvers[definition.rstrip()] = definition  # sine, cosine and roots may declare the same
+        else:
+            self.solvers[symbol] = definition
             self.called.add(function)
         value = self._value(f"call {kind} @{symbol}({passed})")
         if function == "sqrt":

@@ -57,6 +57,7 @@ def member_again(plan: Plan, number: int, t_eval: Sequence[float] | None = None)
     times = _frames(plan, t_eval)
     if plan.settings is None:
         return run_single(plan, number, p, here, times)
+    plan.system.refuse_values(p)
     starts, failures = plan.starts.of(parameters, varied)
     if failures:
         raise RuntimeModelError(failures[0])

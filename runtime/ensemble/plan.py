@@ -300,6 +300,7 @@ def _first_that_begins(
         try:
             for wrong in not_numbers(system, rows).values():
                 raise RuntimeModelError(wrong)
+            system.refuse_values(rows[0])
             starts = Starts(system, t, rows[0], fixed["start"], fixed["rate"], own, given)
             rows[0] = starts.with_found(rows[0], own)
             state = starts.one(rows[0], own)

@@ -45,6 +45,16 @@ def not_numbers(system: System, parameters: np.ndarray) -> dict[int, str]:
     return found
 
 
+def no_models(system: System, parameters: np.ndarray) -> dict[int, str]:
+    """Return which members, by their row, have parameters that the model's description does not allow, and why."""
+    if system.values_of_runs is None:
+        return {}
+    columns = {record["name"]: parameters[:, k] for k, record in enumerate(system.parameters)}
+    return system.values_of_runs.of_members(
+        {name: x if (x != x[0]).any() else x[0] for name, x in columns.items()}
+    )
+
+
 class Starts:
     """The starts of an ensemble's members.
 

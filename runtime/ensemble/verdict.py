@@ -30,7 +30,7 @@ CAUSES = {
     at.PROJECTION_FAILED: "the constraints could not be held",
     at.SINGULAR_MATRIX: "the constraints came to depend on each other",
     TOO_MANY_STEPS: "it took more steps than allowed",
-    NO_START: "there is no start on the constraints",
+    NO_START: "it cannot begin: no start fits, or its parameters are none of this model",
     RUN_FAILED: "its run failed",
     WORKER_LOST: "what ran it was lost, several times",
 }

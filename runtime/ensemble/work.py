@@ -14,7 +14,7 @@ from symgen.runtime.ensemble import member, wound
 from symgen.runtime.ensemble.batch import RESULTS, BatchResult, LaneBatch
 from symgen.runtime.ensemble.evaluate import evaluate_members
 from symgen.runtime.ensemble.single import UNSUITED, give_up, run_single, runs_alone
-from symgen.runtime.ensemble.starts import without_inertia
+from symgen.runtime.ensemble.starts import no_models, without_inertia
 from symgen.runtime.ensemble.switched import SwitchedBatch, make_batch
 from symgen.runtime.ensemble.verdict import NO_START, RUN_FAILED, Verdicts, verdicts_of
 from symgen.runtime.errors import RuntimeModelError, UnknownNameError, nearest
@@ -104,8 +104,9 @@ def run_members(plan: Plan, first: int, last: int) -> tuple[np.ndarray, np.ndarr
     if plan.members.vary_parameters:
         sound = plan.first_parameters, plan.first_state
         massless = without_inertia(plan.system, plan.single.t_start, parameters, starts, sound)
-        failures = {**massless, **failures}
-        starts[list(massless)] = np.nan
+        refused = {**massless, **no_models(plan.system, parameters)}
+        failures = {**refused, **failures}
+        starts[list(refused)] = np.nan
     result = _run_in_lanes(plan, first, parameters, starts)
     verdicts = verdicts_of(plan, result.columns)
     suspected = wound.suspected(plan, first, parameters, result.frames)

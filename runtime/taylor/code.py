@@ -213,8 +213,10 @@ class Code:
         passed = ", ".join(f"{self.number} {self.use(a)}" for a in arguments)
         if self.lanes:
             symbol, definition = lanes_call(function, len(arguments), self.lanes)
-            self._helpers[symbol] = definition
-            if function not in VECTOR_INTRINSICS:
+            if function in VECTOR_INTRINSICS:
+                self._called.add(definition.rstrip())  # sine and cosine may declare the same
+            else:
+                self._helpers[symbol] = definition
                 self._called.add(math_declaration(function))
             return self.value(f"call {self.number} @{symbol}({passed})")
         self._called.add(math_declaration(function))

@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from symgen import runtime
 from symgen.cli.arguments import Duration, Positive, Times, value_options
 from symgen.cli.quantities import parameter_values, start_values
 from symgen.cli.terminal import complain
-from symgen.link import module_for
+from symgen.link import load_module, module_for
 from symgen.runtime.code.engine import set_compile_listener
 from symgen.runtime.errors import nearest
 from symgen.runtime.integrate.methods import METHODS, OTHER_NAMES, find_method
@@ -144,8 +143,7 @@ def load_system(
         set_compile_listener(_announce_compilation)
     notify = None if quiet else _announce
     module = module_for(path, build_options, notify, on_demand)
-    here = path.absolute()
-    return runtime.load(module.text, lambda: module_for(here, build_options, notify).text), module
+    return load_module(module.text, path, build_options, notify), module
 
 
 def _announce(text: str) -> None:

@@ -7,11 +7,12 @@ Degrees of expressions in the rates, found on the expression tree without expand
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
+from ..errors import ModelError
 from . import algebra
 from .algebra import postorder
-from .description import Body, Bristle, Description, Joint
+from .description import Body, Bristle, Description, Joint, Solid
 from .evaluate import NotFinite, evaluate
 from .expression_tree import kind
 from .items import Item, definition_items, items
@@ -124,12 +125,31 @@ def _check_bristle(b: Bristle, values: Mapping[Address, float | None], sources: 
     for key, value in known.items():
         least = "positive" if key in ("stiffness", "coulomb") else "zero or more"
         if value is not None and (value < 0.0 or (value == 0.0 and least == "positive")):
-            raise sources.error(table, key, f"it is {value:g} at the parameters' values: it is to be {least}")
+            hint = None
+            if key == "coulomb" and value == 0.0:
+                hint = f"bristles bear nothing then: write what is left as a force, such as -c*{shortened(b.speed)}"
+            message = f"it is {value:g} at the parameters' values: it is to be {least}"
+            raise sources.error(table, key, message, hint=hint)
     if None not in (known["static"], known["coulomb"]) and known["static"] < known["coulomb"]:
         message = f"it is {known['static']:g}, less than what slides, {known['coulomb']:g}"
         raise sources.error(
             table, "static", message, hint="leave it out for friction without Stribeck's fall"
         )
+
+
+def _check_static(
+    table: str, keys: tuple[str, ...], values: Mapping[Address, float | None], sources: Sources
+) -> None:
+    """Whether what sticks bears no less than what slides has, where both are known."""
+    static = values.get((table, "static"))
+    sliding = next((x for key in keys if (x := values.get((table, key))) is not None), None)
+    if static is not None and sliding is not None and static < sliding:
+        message = (
+            f"it is {static:g} at the parameters' values, less than while it slides, {sliding:g}: "
+            "what has come to rest would slip at once"
+        )
+        hint = f"give {sliding:g} or more, or leave it out: it is {sliding:g} then"
+        raise sources.error(table, "static", message, hint=hint)
 
 
 def check_contact_values(d: Description, values: Mapping[Address, float | None], sources: Sources) -> None:
@@ -161,6 +181,7 @@ def check_contact_values(d: Description, values: Mapping[Address, float | None],
                     f"the {key} is negative at the parameters' values: {value:g}",
                     hint="look at the parameters in it",
                 )
+        _check_static(table, ("friction",), values, sources)
     for f in d.frictions:
         for key in ("coefficient", "static") if f.normal else ("force", "torque", "static"):
             value = values.get((f"friction.{f.name}", key))
@@ -168,8 +189,9 @@ def check_contact_values(d: Description, values: Mapping[Address, float | None],
                 what = "coefficient" if f.normal else "friction"
                 message = f"the {what} is negative at the parameters' values: {value:g}"
                 raise sources.error(f"friction.{f.name}", key, message)
-    for b in d.bristles:
-        _check_bristle(b, values, sources)
+        _check_static(
+            f"friction.{f.name}", ("coefficient",) if f.normal else ("force", "torque"), values, sources
+        )
     smooth = [(f"friction.{f.name}", "creep" if f.creeps else "smooth") for f in d.frictions]
     for table, key in (*smooth, *((f"contacts.{c.name}", "smooth") for c in (*d.contacts, *d.pairs))):
         value = values.get((table, key))
@@ -186,10 +208,19 @@ def check_values(d: Description, sources: Sources) -> None:
     """Check the numbers of a description, as far as parameters and constants determine them."""
     known: dict[str, float | None] = {p.name: p.value for p in (*d.parameters, *d.constants)}
     values: dict[Address, float | None] = {}
+    without_value: ModelError | None = None
     for item in definition_items(d):
-        known[item.key] = values[item.table, item.key] = _value(item, known, sources)
+        try:
+            known[item.key] = values[item.table, item.key] = _value(item, known, sources)
+        except ModelError as error:
+            without_value = without_value or error
+            known[item.key] = None
     for item in items(d):
         values[item.table, item.key] = _value(item, known, sources)
+    for b in d.bristles:  # their laws, which are definitions, divide by what is checked here
+        _check_bristle(b, values, sources)
+    if without_value is not None:
+        raise without_value
     _check_quaternion_constraints(d, known, sources)
     for body in d.bodies:
         _check_solids(body, values, sources)
@@ -205,11 +236,16 @@ def check_values(d: Description, sources: Sources) -> None:
             raise sources.error(f"constraints.{loop.name}", "distance.length", message, hint=hint)
     for s in d.springs:
         given = (("length", s.places), ("stiffness", True), ("damping", True), ("mass", True))
-        for key, counts in given:
-            value = values.get((f"springs.{s.name}", key)) if counts else None
-            if value is not None and value < 0:
-                message = f"the {key} is negative at the parameters' values: {value:g}"
-                raise sources.error(f"springs.{s.name}", key, message, hint="look at the parameters in it")
+        for key in (key for key, counts in given if counts):
+            _check_not_negative(f"springs.{s.name}", key, key, values, sources)
+    for b in d.bushings:
+        for key, given in (("stiffness", b.stiffness), ("damping", b.damping)):
+            for k in range(len(given)):
+                _check_not_negative(f"bushings.{b.name}", f"{key}[{k}]", key, values, sources)
+    for r in d.rotors:
+        _check_not_negative(f"rotors.{r.name}", "inertia", "inertia", values, sources, " kg m^2")
+    for c in d.pairs:
+        _check_sizes(f"contacts.{c.name}", (*c.shapes, *c.other_shapes), values, sources)
     for r in d.rolling:
         radius = values.get((f"rolling.{r.name}", r.kind))
         if radius is not None and radius <= 0:
@@ -239,7 +275,28 @@ def _value(item: Item, known: Mapping[str, float | None], sources: Sources) -> f
 
 def _check_solids(body: Body, values: Mapping[Address, float | None], sources: Sources) -> None:
     table = f"bodies.{body.name}"
-    for solid in body.solids:
+    _check_sizes(table, body.solids, values, sources)
+    for k in range(len(body.shape.sizes) if body.shape is not None else 0):  # drawn alone
+        _check_not_negative(table, f"shape.{body.shape.kind}[{k}]", "size", values, sources, " m")
+    found = [values.get((table, key)) for key in ("mass", "inertia", *(f"inertia[{k}]" for k in range(3)))]
+    if any(solid.cut for solid in body.solids) and any(x is not None and x <= 0 for x in found):
+        message = "the holes of the body are larger than its shapes at the parameters' values"
+        raise sources.error(table, "shape", message, hint="look at the sizes of those with 'cut'")
+
+
+def _check_not_negative(
+    table: str, key: str, what: str, values: Mapping[Address, float | None], sources: Sources, unit: str = ""
+) -> None:
+    value = values.get((table, key))
+    if value is not None and value < 0:
+        message = f"the {what} is negative at the parameters' values: {value:g}{unit}"
+        raise sources.error(table, key, message, hint="look at the parameters in it")
+
+
+def _check_sizes(
+    table: str, solids: Sequence[Solid], values: Mapping[Address, float | None], sources: Sources
+) -> None:
+    for solid in solids:
         key = f"{solid.place}.{solid.kind}"
         sizes = [values[table, f"{key}[{k}]"] for k in range(len(solid.sizes))]
         hollow = solid.kind == "tube" and len(sizes) > 1
@@ -250,10 +307,6 @@ def _check_solids(body: Body, values: Mapping[Address, float | None], sources: S
         if hollow and sizes[1] >= sizes[0]:
             message = f"the inner radius {sizes[1]:g} m is not below the outer one, {sizes[0]:g} m"
             raise sources.error(table, f"{key}[1]", message, hint="the outer radius comes first")
-    found = [values.get((table, key)) for key in ("mass", "inertia", *(f"inertia[{k}]" for k in range(3)))]
-    if any(solid.cut for solid in body.solids) and any(x is not None and x <= 0 for x in found):
-        message = "the holes of the body are larger than its shapes at the parameters' values"
-        raise sources.error(table, "shape", message, hint="look at the sizes of those with 'cut'")
 
 
 def _check_mass(body: Body, values: Mapping[Address, float | None], sources: Sources) -> None:
@@ -303,6 +356,9 @@ def _check_joint(joint: Joint, values: Mapping[Address, float | None], sources: 
         if values[table, key] < 0:
             message = f"the armature is negative at the parameters' values: {values[table, key]:g}"
             raise sources.error(table, key, message)
+    for key, given in (("stiffness", joint.stiffness), ("damping", joint.damping)):
+        for k in range(len(given)):
+            _check_not_negative(table, key if len(given) == 1 else f"{key}[{k}]", key, values, sources)
     if joint.limits:
         lower, upper = (values[table, f"limits[{k}]"] for k in (0, 1))
         if lower >= upper:

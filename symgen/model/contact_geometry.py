@@ -2,7 +2,7 @@
 
 A sphere has one such point, its middle, with its radius; a capsule its ends; a box and a mesh their corners, on the
 sides of other boxes and meshes as well. Against a
-plane their heights are the gaps. Spheres and capsules touch each other, and spheres touch boxes, where they are nearest
+plane their heights are the gaps. Spheres and capsules touch each other, boxes and meshes where they are nearest
 to each other (Ericson, Real-Time Collision Detection, 2005, ch. 5).
 
 A surface z = h(x, y) is touched by a point where the point's height over it is zero, and by a sphere at the foot of the
@@ -30,7 +30,7 @@ from .nearest_feature import count_features, nearest_feature
 from .orientation import Expressions
 from .ready_made import HALF, WORLD
 from .rolling import velocity_by_turning
-from .segments import SIDES, Features, Nearest, Segment, chosen_one, skew_edges
+from .segments import SIDES, Nearest, Segment, skew_edges, skew_edges_of_hull
 from .solids import together, turned
 from .sources import Sources
 from .surfaces import Definitions, Surface, define, moved
@@ -254,9 +254,10 @@ class _Geometry:
         if Convex in kinds and kinds <= {Convex, Block}:
             yield from self._solids(*(x if type(x) is Convex else Convex.of_block(x) for x in (a, b)))
             return
-        if kinds == {Rod, Block} and not self.planar:
-            rod, block = (a, b) if type(a) is Rod else (b, a)
-            for distance, place, other in self._rod_on_block(rod, block):
+        if kinds == {Rod, Convex} or (kinds == {Rod, Block} and not self.planar):
+            rod, solid = (a, b) if type(a) is Rod else (b, a)
+            on = self._rod_on_solid if Convex in kinds else self._rod_on_block
+            for distance, place, other in on(rod, solid):
                 places = (place, other) if rod is a else (other, place)
                 yield self._apart(*places, a, rod.radius, distance)
             return
@@ -312,19 +313,22 @@ class _Geometry:
             yield distance, end.place, self._from_block(block, inside)
         segment, nearest = Segment(middle, along, rod.half), Nearest(self._define)
         for edges in skew_edges(block.halves):
-            values, numbers = [], []
-            for k, place in edges:
-                direction = [algebra.ONE if i == k else algebra.ZERO for i in range(3)]
-                edge = Segment(place, direction, block.halves[k])
-                square, own, other = nearest.found(segment, edge)
-                values.append(square)
-                numbers.append([*direction, own.end, own.between, other.end, other.between])
-            *which, end, between, other_end, other_between = nearest.least(values, numbers)
-            half = total([product([k, h]) for k, h in zip(which, block.halves)])
-            edge = Segment(chosen_one(which, [place for _, place in edges]), which, half)
-            found = segment, edge, Features(end, between), Features(other_end, other_between)
-            places = (self._from_block(block, place) for place in nearest.on(*found))
-            yield nearest.distance(*found), *places
+            distance, *places = nearest.of_several(segment, edges)
+            yield distance, *(self._from_block(block, place) for place in places)
+
+    def _rod_on_solid(self, rod: Rod, solid: Convex) -> Iterator[tuple[algebra.Expr, Vector, Vector]]:
+        """How near a capsule's core is to the hull of a mesh, and where; as on a box, with as many gaps as it takes."""
+        for end in rod.ends:
+            distance, there = self._ball_on_solid(end, solid)
+            yield distance, end.place, there
+        apart = [difference(x, y) for x, y in zip(rod.place, solid.place, strict=True)]
+        middle, along = (
+            [self._define(scalar_product(v, axis)) for axis in solid.axes] for v in (apart, rod.along)
+        )
+        segment, nearest = Segment(middle, along, rod.half), Nearest(self._define)
+        for edges in skew_edges_of_hull(solid.hull):
+            distance, *places = nearest.of_several(segment, edges)
+            yield distance, *(solid.at(place) for place in places)
 
     def _from_block(self, block: Block, place: Vector) -> Vector:
         """The world coordinates of a place in a box's axes."""

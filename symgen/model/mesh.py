@@ -72,6 +72,17 @@ class Hull:
     sides: list[tuple[np.ndarray, float]]
     edges: list[tuple[int, int]]
 
+    def on_side(self, number: int) -> np.ndarray:
+        """Return which corners are in a side."""
+        normal, offset = self.sides[number]
+        size = np.ptp(self.corners, axis=0).max()
+        return np.abs(self.corners @ normal - offset) <= _SAME_PLANE * size
+
+    def sides_of_edges(self) -> list[set[int]]:
+        """Return the two sides of each edge."""
+        on = [self.on_side(k) for k in range(len(self.sides))]
+        return [{k for k, corners in enumerate(on) if corners[a] and corners[b]} for a, b in self.edges]
+
 
 _SAME_PLANE = 1e-6  # of two triangles of one side; coordinates of STL files have seven digits
 

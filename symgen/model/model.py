@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import functools
 from collections import ChainMap
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -11,10 +12,12 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from symgen.runtime.lazy import Late
+
 from ..errors import nearest
 from . import algebra, assemblies, parts, run_defaults, toml_writer
 from .assemblies import check_uses
-from .check import finished
+from .check import finished, with_definitions_in_order
 from .closures import make_closure
 from .contact_laws import bristle_laws
 from .contact_pairs import make_pair
@@ -71,6 +74,10 @@ from .tyres import Tyre, add_tyre, without_made, without_pushes
 
 if TYPE_CHECKING:
     import sympy
+
+    from .values_of_runs import ValuesOfRuns
+
+values_of_runs = Late("symgen.model.values_of_runs")
 
 IMPACTS = ("simultaneous", "sequential")
 
@@ -1446,7 +1453,8 @@ class Model(Declared):
             z over that plane [m], of `here_x` and `here_y` (planar: y, of `here_x`); of parameters and tables, smooth.
         other : str, optional
             In the place of a plane: another body, whose shape is touched. Spheres and capsules touch spheres,
-            capsules and boxes; boxes and meshes touch each other (corners; where edges cross, NAME_edges ends a run).
+            capsules, boxes and meshes; boxes and meshes touch each other (corners; where edges cross, NAME_edges
+            ends a run).
         restitution : expression, optional
             Of a rigid contact, see `stop`.
         static : expression, optional
@@ -1667,6 +1675,18 @@ class Model(Declared):
         d, kinds = self._description(), self._kinds | dict.fromkeys(self._aliases, "definition")
         check_uses(d, self._sources, kinds)
         return finished(d, self._sources, kinds)
+
+    def values_of_runs(self, file: str = "") -> Callable[[], ValuesOfRuns]:
+        """Give, when called, what refuses values of parameters in runs, by the model as it is now.
+
+        Parameters
+        ----------
+        file : str
+            What errors call the model's file.
+        """
+        d, sources = self._description(), copy.copy(self._sources)
+        sources.name = file or sources.name
+        return lambda: values_of_runs.ValuesOfRuns(with_definitions_in_order(d, sources), sources)
 
     def to_toml(self) -> str:
         """The model as the text of a TOML file."""

@@ -23,7 +23,6 @@ from .ready_made import HALF
 from .unevaluated import difference, negated, product, squared, total
 
 _FAR = algebra.Float(1e300)  # the square of a distance that counts for nothing
-_IN_PLANE = 1e-6  # of the size of a hull: corners of one side, whose coordinates have seven digits
 
 
 @dataclass(frozen=True)
@@ -100,9 +99,9 @@ def _where_it_is_nearest(feature: _Feature, place: Vector, define: Define) -> al
 
 
 def _features(hull: Hull) -> Iterator[_Feature]:
-    corners, size = hull.corners, np.ptp(hull.corners, axis=0).max()
-    for normal, offset in hull.sides:
-        on = np.abs(corners @ normal - offset) <= _IN_PLANE * size
+    corners = hull.corners
+    for number, (normal, offset) in enumerate(hull.sides):
+        on = hull.on_side(number)
         middle = corners[on].mean(axis=0)
         bounds = []
         for j, k in hull.edges:

@@ -1,4 +1,4 @@
-"""Segments that are nearest to each other: rods, and edges of boxes.
+"""Segments that are nearest to each other: rods, and edges of boxes and meshes.
 
 Which places are nearest is found as a number: two clamps (Ericson, Real-Time Collision Detection, 2005, section 5.1.9).
 What is kept of that is only where each place lies, at an end or between the ends, and the distance is written out anew
@@ -13,9 +13,12 @@ from dataclasses import dataclass
 from functools import reduce
 from typing import Any
 
+import numpy as np
+
 from . import algebra
 from .elements import Vector, scalar_product
 from .functions import branch, settled, smooth_minimum
+from .mesh import Hull
 from .ready_made import HALF
 from .surfaces import moved
 from .unevaluated import difference, inverted, negated, product, squared, total
@@ -66,6 +69,20 @@ class Nearest:
         _, *found = self.found(a, b)
         own, other = (Features(self.settle(x.end), self.settle(x.between)) for x in found)
         return self.distance(a, b, own, other), *self.on(a, b, own, other)
+
+    def of_several(self, a: Segment, others: Sequence[Segment]) -> tuple[algebra.Expr, Vector, Vector]:
+        """The same of a segment and that of some others which is nearest."""
+        values, numbers = [], []
+        for k, b in enumerate(others):
+            square, own, other = self.found(a, b)
+            values.append(square)
+            which = [algebra.ONE if i == k else algebra.ZERO for i in range(len(others))]
+            numbers.append([*which, own.end, own.between, other.end, other.between])
+        *which, end, between, other_end, other_between = self.least(values, numbers)
+        half = total([product([k, b.half]) for k, b in zip(which, others, strict=True)])
+        place, along = (_chosen(which, vectors) for vectors in zip(*((b.middle, b.along) for b in others)))
+        found = a, Segment(place, along, half), Features(end, between), Features(other_end, other_between)
+        return self.distance(*found), *self.on(*found)
 
     def found(self, a: Segment, b: Segment) -> tuple[algebra.Expr, Features, Features]:
         """The square of the distance as a number, and the features that are nearest."""
@@ -193,23 +210,40 @@ def _held(segment: Segment, features: Features) -> Vector:
     return moved(segment.middle, segment.along, product([features.end, segment.half]))
 
 
-def skew_edges(halves: Sequence[algebra.Expr]) -> Iterator[list[tuple[int, Vector]]]:
-    """The twelve edges of a box as four times three, of which no two are in one side: direction, and middle.
+def skew_edges(halves: Sequence[algebra.Expr]) -> Iterator[list[Segment]]:
+    """The twelve edges of a box as four times three, of which no two are in one side.
 
     What is flat touches edges of one side, and so each of the four at one place at most.
     """
     x, y, z = halves
+    axes = [[algebra.ONE if i == k else algebra.ZERO for i in range(3)] for k in range(3)]
     for a in SIDES:
         for b in SIDES:
             c = product([a, b])
-            yield [
-                (0, [algebra.ZERO, product([a, y]), product([b, z])]),
-                (1, [product([c, x]), algebra.ZERO, negated(product([b, z]))]),
-                (2, [negated(product([c, x])), negated(product([a, y])), algebra.ZERO]),
-            ]
+            middles = (
+                [algebra.ZERO, product([a, y]), product([b, z])],
+                [product([c, x]), algebra.ZERO, negated(product([b, z]))],
+                [negated(product([c, x])), negated(product([a, y])), algebra.ZERO],
+            )
+            yield [Segment(*edge) for edge in zip(middles, axes, halves, strict=True)]
 
 
-def chosen_one(numbers: Sequence[Number], vectors: Sequence[Vector]) -> Vector:
+def skew_edges_of_hull(hull: Hull) -> list[list[Segment]]:
+    """The edges of a convex solid in its axes, in groups of which no two edges are in one side."""
+    groups: list[tuple[set[int], list[Segment]]] = []
+    for edge, sides in zip(hull.edges, hull.sides_of_edges(), strict=True):
+        a, b = (hull.corners[k] for k in edge)
+        half = float(np.linalg.norm(b - a)) / 2
+        vectors = ([algebra.Float(float(x)) for x in v] for v in ((a + b) / 2, (b - a) / (2 * half)))
+        of_group = next((group for group in groups if not group[0] & sides), None)
+        if of_group is None:
+            groups.append(of_group := (set(), []))
+        of_group[0].update(sides)
+        of_group[1].append(Segment(*vectors, algebra.Float(half)))
+    return [edges for _, edges in groups]
+
+
+def _chosen(numbers: Sequence[Number], vectors: Sequence[Vector]) -> Vector:
     """The sum of vectors, of which numbers choose one."""
     return [
         reduce(lambda x, y: total([x, y]), [product([k, v[i]]) for k, v in zip(numbers, vectors)])
