@@ -470,15 +470,20 @@ class _Comparison:
 class Extent:
     """How far each coordinate and rate goes.
 
+    Parameters
+    ----------
+    states : ndarray, shape (..., n, nq + nv)
+        Of one motion over time, or of several.
+
     Attributes
     ----------
-    range, magnitude : ndarray, shape (nq + nv,)
+    range, magnitude : ndarray, shape (..., nq + nv)
         The largest less the smallest value, and the largest magnitude.
     """
 
     def __init__(self, states: np.ndarray):
         with np.errstate(over="ignore", invalid="ignore"):
-            largest, smallest = states.max(axis=0), states.min(axis=0)
+            largest, smallest = states.max(axis=-2), states.min(axis=-2)
             self.range, self.magnitude = largest - smallest, np.maximum(np.abs(largest), np.abs(smallest))
 
     def is_still(self, system: System) -> np.ndarray:
@@ -490,7 +495,7 @@ class Extent:
         return found
 
     def sizes(self, system: System, apart: np.ndarray) -> np.ndarray:
-        """Return what errors are measured by: what each coordinate and rate does.
+        """Return what errors are measured by, shape (..., nq + nv): what each coordinate and rate does.
 
         That is its range; of a rate at least a part of its magnitude. What moves by less than a billionth of the
         largest, as what symmetry keeps in its place, is measured by that; of rates also by their magnitude.
@@ -501,21 +506,18 @@ class Extent:
             Those that larger ones have nothing to do with.
         """
         size, magnitude, rates = self.range.copy(), self.magnitude, slice(system.nq, None)
-        at_rest = np.zeros(len(size))
-        at_rest[rates] = magnitude[rates]
-        least, angles = _LEAST_RIPPLE * at_rest, _angles(system, len(size))
+        at_rest = np.zeros(size.shape)
+        at_rest[..., rates] = magnitude[..., rates]
+        least, angles = _LEAST_RIPPLE * at_rest, _angles(system, size.shape[-1])
         for part in (slice(0, system.nq), rates):
-            rippled = np.maximum(size[part], least[part])
+            own, angular = size[..., part], angles[part]
+            rippled = np.maximum(own, least[..., part])
             # Angles are small or large by themselves, however far lengths go.
-            angular = angles[part]
-            most = np.where(
-                angular,
-                min(rippled.max(initial=0.0), rippled.max(initial=1.0, where=angular)),
-                rippled.max(initial=0.0),
-            )
-            largest = np.maximum(most, at_rest[part])
-            moves = (size[part] > _AT_REST * largest) | (apart[part] & (size[part] > 0.0))
-            size[part] = np.where(moves, rippled, largest)
+            most = rippled.max(axis=-1, keepdims=True, initial=0.0)
+            of_angles = rippled.max(axis=-1, keepdims=True, initial=1.0, where=angular)
+            largest = np.maximum(np.where(angular, np.minimum(most, of_angles), most), at_rest[..., part])
+            moves = (own > _AT_REST * largest) | (apart[part] & (own > 0.0))
+            size[..., part] = np.where(moves, rippled, largest)
         return np.maximum(size, np.maximum(_ROUND_OFF * magnitude, _TINY))
 
 
