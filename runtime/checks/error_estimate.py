@@ -39,11 +39,13 @@ from symgen.runtime.record import record
 from symgen.runtime.sampling import quasi_random, row_maxima, sample_rows
 
 if TYPE_CHECKING:
+    from symgen.runtime.checks.energy_drift import Phase
     from symgen.runtime.checks.jumped_over import SharpPlaces
     from symgen.runtime.integrate.methods import Method
     from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
 
+energy_drift = Late("symgen.runtime.checks.energy_drift")
 jumped_over = Late("symgen.runtime.checks.jumped_over")
 forms = Late("symgen.runtime.integrate.forms")
 
@@ -82,6 +84,7 @@ _PEAKS, _FITS = 16, 0.1  # of errors, and how far they may be off a line and a s
 _FEWEST_PEAKS, _STANDS_OUT = 8, 3.0
 _SUSPECT = 2.5  # power of time of a growth that may be exponential, where a companion does not come far
 _MORE_WHERE_CHAOTIC = 4.0  # times the operations
+_DENSE = 600  # times at which two motions of other energies are compared
 _LEAST_LOOSE = 1e-12  # rtol from which on neighbours are not made tighter
 _UNSURE = 1.25  # times an exponent: along some stretches differences grow faster than along others
 _MOST_EXPONENT, _WHOLE = 60.0, 1.0  # errors grow no further than to the range
@@ -104,6 +107,8 @@ class ErrorEstimate:
         What steps of the run may have gone over.
     states : ndarray, shape (n, nq + nv), optional
         Those of the companion that says so.
+    has_drift : bool
+        Whether it has, behind what companions have seen, what the drift of the energy makes of the motion.
     """
 
     t: np.ndarray
@@ -112,6 +117,7 @@ class ErrorEstimate:
     rate: float | None
     sharp: SharpPlaces | None = None
     states: np.ndarray | None = None
+    has_drift: bool = False
 
     @property
     def worst(self) -> np.ndarray:
@@ -197,7 +203,7 @@ def estimate(solution: Solution, operations: float) -> ErrorEstimate | None:
         parts.append(comparison.follow(companion, half, comparison.middle))
     budgets = (half if comparison.own.adaptive else operations, half)
     grown = _amplification(comparison, neighbour, parts, budgets, longer)
-    return _extrapolated(solution, parts, grown)
+    return _extrapolated(solution, parts, grown, comparison.drifting(parts[0], companion, half))
 
 
 def _amplification(
@@ -384,6 +390,30 @@ class _Comparison:
         worst = row_maxima(relative)
         rate = growth_rate(t[:n], worst) if is_exponential(t[:n], worst) else None
         return ErrorEstimate(t[:n], relative, known, rate, self._sharp, found.states)
+
+    def drifting(self, part: ErrorEstimate, companion: Companion, operations: float) -> Phase | None:
+        """Return what the drift of the energy makes of the motion; None where nothing tells.
+
+        Parameters
+        ----------
+        part : ErrorEstimate
+            From the start, by this companion.
+        """
+        conservative = self.system.structure["conservative"] and not self.system.nw
+        if not conservative or part.states is None or _may_be_chaotic(self.system):
+            return None
+        most = int(0.5 * operations / operations_per_step(self._solution, companion.method))
+
+        def beside(first: int, *begun: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+            times = np.linspace(part.t[first], part.t[-1], _DENSE)
+            one, other = (
+                follow(self._solution, companion, times, y, most, lambda _: False).states for y in begun
+            )
+            n = min(len(one), len(other))
+            return times[:n], one[:n], other[:n]
+
+        drift = energy_drift.EnergyDrift(self._solution)
+        return drift.phase_errors(part.t, part.states, self._states[: len(part.t)], self._size, beside)
 
     def begun(self) -> ErrorEstimate:
         """Return the error of an adaptive run that no companion keeps up with: at first, that of its tolerance."""
@@ -586,7 +616,12 @@ def _rows(solution: Solution) -> np.ndarray:
     return different if len(different) <= most else different[sample_rows(len(different), most)]
 
 
-def _extrapolated(solution: Solution, parts: list[ErrorEstimate], grown: Amplification) -> ErrorEstimate:
+def _extrapolated(
+    solution: Solution,
+    parts: list[ErrorEstimate],
+    grown: Amplification,
+    phase: Phase | None = None,
+) -> ErrorEstimate:
     """Return the error until the end of a long run, as parts of it tell.
 
     Parameters
@@ -595,20 +630,27 @@ def _extrapolated(solution: Solution, parts: list[ErrorEstimate], grown: Amplifi
         The first from the start.
     grown : Amplification
         Where errors grow exponentially; elsewhere they go on by the power of time that they have grown with.
+    phase : Phase, optional
+        Its errors, by the drift of the energy: they count where they tell all; elsewhere the larger ones do.
     """
     found, end = parts[0], float(solution.t[-1])
     times = np.array([end])
-    rows = _at_times(times, solution, parts, grown)
+    rows = _at_times(times, solution, parts, grown, phase)
     if rows.max() > LARGEST_ERROR:
         times = np.linspace(found.t[-1], end, _TIMES_BEYOND + 1)[1:]
-        rows = _at_times(times, solution, parts, grown)
+        rows = _at_times(times, solution, parts, grown, phase)
     return ErrorEstimate(
-        np.append(found.t, times), np.vstack([found.relative, rows]), known=False, rate=grown.rate
-    )
+        np.append(found.t, times), np.vstack([found.relative, rows]), known=False, rate=grown.rate,
+        has_drift=phase is not None and phase.whole is not None,
+    )  # fmt: skip
 
 
 def _at_times(
-    times: np.ndarray, solution: Solution, parts: list[ErrorEstimate], grown: Amplification
+    times: np.ndarray,
+    solution: Solution,
+    parts: list[ErrorEstimate],
+    grown: Amplification,
+    phase: Phase | None,
 ) -> np.ndarray:
     """Return errors beyond what companions have seen: of the part that has the largest at the end."""
     largest = [part.relative.max(axis=0) for part in parts]
@@ -617,7 +659,13 @@ def _at_times(
         for part, row in zip(parts, largest, strict=True)
     ]
     worst = int(np.argmax(at_end))
-    factors = [_factor(parts[worst], grown, solution, t) for t in times]
+    factors = np.array([_factor(parts[worst], grown, solution, t) for t in times])
+    if phase is not None and largest[0].max() > 0.0:
+        by_drift = phase.drifted if phase.whole is None else np.maximum(phase.whole, largest[0].max())
+        found = np.interp(times, phase.t, by_drift) / largest[0].max()
+        if phase.whole is not None:
+            return np.minimum(np.outer(found, largest[0]), _WHOLE)
+        factors = np.maximum(factors, found * largest[0].max() / largest[worst].max())
     return np.minimum(np.outer(factors, largest[worst]), _WHOLE)
 
 
