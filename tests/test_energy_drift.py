@@ -16,7 +16,9 @@ from symgen.runtime.checks import health
 _MOST_STEPS = 10**8
 
 
-def swing(method: str, rtol: float, periods: float, start: float, **options) -> tuple[runtime.Solution, float]:
+def swing(
+    method: str, rtol: float, periods: float, start: float, **options
+) -> tuple[runtime.Solution, float]:
     """A pendulum over so many periods, and how far it is off, in parts of its ranges."""
     system = symgen.load("pendulum")
     given = {record["name"]: record["value"] for record in system.parameters}
