@@ -155,10 +155,31 @@ def estimate(solution: Solution, operations: float) -> ErrorEstimate | None:
         About how many a companion may take.
     """
     comparison = _Comparison(solution)
-    least = comparison.least_range
-    accurate = independent(solution, comparison.own, least)
-    companion = accurate[0]
-    found = comparison.follow(companion, operations)
+    accurate = independent(solution, comparison.own, comparison.least_range)
+    first = comparison.follow(accurate[0], operations)
+    found = _estimated(solution, comparison, accurate, first, operations)
+    if found is None or found.known or found.largest <= LARGEST_ERROR:
+        return found
+    for k in range(1, len(accurate)):
+        # What is carried on to the end may be what the companion is off by.
+        better = comparison.follow(accurate[k], _MORE_FOR_ACCURATE * operations)
+        n = min(len(better.t), len(first.t))
+        if n < LEAST_FRAMES or better.relative[:n].max() > _CLEARLY * first.relative[:n].max():
+            break
+        first = better
+        found = _estimated(solution, comparison, accurate[k:], first, operations)
+    return found
+
+
+def _estimated(
+    solution: Solution,
+    comparison: _Comparison,
+    accurate: tuple[Companion, ...],
+    found: ErrorEstimate,
+    operations: float,
+) -> ErrorEstimate | None:
+    """Return the estimated error, by companions of which the first has found what it did."""
+    least, companion = comparison.least_range, accurate[0]
     longer = 0.0
     if companion.method is not comparison.own and _may_be_chaotic(comparison.system):
         # Beside costly methods the whole run may be had: slow exponential growth shows nowhere else. Or a good part
