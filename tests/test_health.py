@@ -517,3 +517,15 @@ def test_a_step_longer_than_the_run_is_judged_by_the_run():
     run = m.derive().run(t_end=0.5, method="gauss8", step=100.0)
     assert run["s"][-1] == pytest.approx(np.sin(1.5) / 3e3, rel=1e-3)
     assert not any(objection.check == "time terms" for objection in run.objections)
+
+
+@pytest.mark.parametrize("fps", [2.0, 7.0, 1000.0])
+def test_poles_are_found_between_frames_far_apart_and_only_where_they_are(fps):
+    from tests.stress.models import point
+
+    run = solve(point("pole", "1/(0.47 - t)"), 1.0, method="gauss4", step=0.01, fps=fps)
+    assert not {entry.check: entry for entry in run.health}["poles"].ok
+    # A planet's distance, from 0.2 to 1.8 and back, some periods between frames: cubics through these pass zero.
+    radial = point("radial", "0.36/x^3 - 1/x^2", 0.2)
+    run = solve(radial, 2000.0, method="gauss8", step=0.05, fps=fps / 100.0)
+    assert "poles" not in {entry.check for entry in run.health}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from symgen.runtime.checks.work import SHORT, operations_of_run
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.failures import state_names
 from symgen.runtime.lazy import Late
+from symgen.runtime.record import record
 
 if TYPE_CHECKING:
     from symgen.runtime.solution import Solution
@@ -34,6 +35,25 @@ _HARDLY_RESOLVED = 1e3  # times atol: ranges below this
 # An error that is not there, and is all there is so shortly afterwards, in parts of the run, has not grown.
 _LOST, _SMALL_ERROR, _AT_ONCE_SHARE = 0.5, 1e-3, 0.02
 _AT_ONCE = "the error comes at once, as where a step goes over something that its stages do not meet"
+
+
+@record
+class AccuracyCheck(HealthCheck):
+    """The entry of a run that is right.
+
+    Attributes
+    ----------
+    sees_drift : bool
+        Whether its error has what the drift of the energy makes of the motion up to the end.
+    """
+
+    sees_drift: bool = False
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the check as a dictionary, as all others are."""
+        known = super().to_dict()
+        del known["sees_drift"]
+        return known
 
 
 def accuracy(solution: Solution) -> Iterator[HealthCheck]:
@@ -130,7 +150,10 @@ def _entry(solution: Solution, found: ErrorEstimate) -> HealthCheck:
     )
     said = off if found.known else f"{off} at the end, as parts of the run, integrated again, say"
     if error <= LARGEST_ERROR:
-        return HealthCheck("accuracy", True, error, LARGEST_ERROR, f"at most, {said}")
+        sees_drift = found.known or found.has_drift
+        return AccuracyCheck(
+            "accuracy", True, error, LARGEST_ERROR, f"at most, {said}", sees_drift=sees_drift
+        )
     beyond = f"by more than {LARGEST_ERROR:.0%} from t = {found.until(LARGEST_ERROR):.4g} s on"
     says = f"{said}, and {beyond}: take {_remedy(solution, found, column)}, or end the run before"
     if found.rate is not None:

@@ -39,11 +39,13 @@ from symgen.runtime.record import record
 from symgen.runtime.sampling import quasi_random, row_maxima, sample_rows
 
 if TYPE_CHECKING:
+    from symgen.runtime.checks.energy_drift import Phase
     from symgen.runtime.checks.jumped_over import SharpPlaces
     from symgen.runtime.integrate.methods import Method
     from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
 
+energy_drift = Late("symgen.runtime.checks.energy_drift")
 jumped_over = Late("symgen.runtime.checks.jumped_over")
 forms = Late("symgen.runtime.integrate.forms")
 
@@ -82,6 +84,7 @@ _PEAKS, _FITS = 16, 0.1  # of errors, and how far they may be off a line and a s
 _FEWEST_PEAKS, _STANDS_OUT = 8, 3.0
 _SUSPECT = 2.5  # power of time of a growth that may be exponential, where a companion does not come far
 _MORE_WHERE_CHAOTIC = 4.0  # times the operations
+_DENSE = 600  # times at which two motions of other energies are compared
 _LEAST_LOOSE = 1e-12  # rtol from which on neighbours are not made tighter
 _UNSURE = 1.25  # times an exponent: along some stretches differences grow faster than along others
 _MOST_EXPONENT, _WHOLE = 60.0, 1.0  # errors grow no further than to the range
@@ -104,6 +107,8 @@ class ErrorEstimate:
         What steps of the run may have gone over.
     states : ndarray, shape (n, nq + nv), optional
         Those of the companion that says so.
+    has_drift : bool
+        Whether it has, behind what companions have seen, what the drift of the energy makes of the motion.
     """
 
     t: np.ndarray
@@ -112,6 +117,7 @@ class ErrorEstimate:
     rate: float | None
     sharp: SharpPlaces | None = None
     states: np.ndarray | None = None
+    has_drift: bool = False
 
     @property
     def worst(self) -> np.ndarray:
@@ -149,10 +155,31 @@ def estimate(solution: Solution, operations: float) -> ErrorEstimate | None:
         About how many a companion may take.
     """
     comparison = _Comparison(solution)
-    least = comparison.least_range
-    accurate = independent(solution, comparison.own, least)
-    companion = accurate[0]
-    found = comparison.follow(companion, operations)
+    accurate = independent(solution, comparison.own, comparison.least_range)
+    first = comparison.follow(accurate[0], operations)
+    found = _estimated(solution, comparison, accurate, first, operations)
+    if found is None or found.known or found.largest <= LARGEST_ERROR:
+        return found
+    for k in range(1, len(accurate)):
+        # What is carried on to the end may be what the companion is off by.
+        better = comparison.follow(accurate[k], _MORE_FOR_ACCURATE * operations)
+        n = min(len(better.t), len(first.t))
+        if n < LEAST_FRAMES or better.relative[:n].max() > _CLEARLY * first.relative[:n].max():
+            break
+        first = better
+        found = _estimated(solution, comparison, accurate[k:], first, operations)
+    return found
+
+
+def _estimated(
+    solution: Solution,
+    comparison: _Comparison,
+    accurate: tuple[Companion, ...],
+    found: ErrorEstimate,
+    operations: float,
+) -> ErrorEstimate | None:
+    """Return the estimated error, by companions of which the first has found what it did."""
+    least, companion = comparison.least_range, accurate[0]
     longer = 0.0
     if companion.method is not comparison.own and _may_be_chaotic(comparison.system):
         # Beside costly methods the whole run may be had: slow exponential growth shows nowhere else. Or a good part
@@ -197,7 +224,7 @@ def estimate(solution: Solution, operations: float) -> ErrorEstimate | None:
         parts.append(comparison.follow(companion, half, comparison.middle))
     budgets = (half if comparison.own.adaptive else operations, half)
     grown = _amplification(comparison, neighbour, parts, budgets, longer)
-    return _extrapolated(solution, parts, grown)
+    return _extrapolated(solution, parts, grown, comparison.drifting(parts[0], companion, half))
 
 
 def _amplification(
@@ -385,6 +412,30 @@ class _Comparison:
         rate = growth_rate(t[:n], worst) if is_exponential(t[:n], worst) else None
         return ErrorEstimate(t[:n], relative, known, rate, self._sharp, found.states)
 
+    def drifting(self, part: ErrorEstimate, companion: Companion, operations: float) -> Phase | None:
+        """Return what the drift of the energy makes of the motion; None where nothing tells.
+
+        Parameters
+        ----------
+        part : ErrorEstimate
+            From the start, by this companion.
+        """
+        conservative = self.system.structure["conservative"] and not self.system.nw
+        if not conservative or part.states is None or _may_be_chaotic(self.system):
+            return None
+        most = int(0.5 * operations / operations_per_step(self._solution, companion.method))
+
+        def beside(first: int, *begun: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+            times = np.linspace(part.t[first], part.t[-1], _DENSE)
+            one, other = (
+                follow(self._solution, companion, times, y, most, lambda _: False).states for y in begun
+            )
+            n = min(len(one), len(other))
+            return times[:n], one[:n], other[:n]
+
+        drift = energy_drift.EnergyDrift(self._solution)
+        return drift.phase_errors(part.t, part.states, self._states[: len(part.t)], self._size, beside)
+
     def begun(self) -> ErrorEstimate:
         """Return the error of an adaptive run that no companion keeps up with: at first, that of its tolerance."""
         relative = np.zeros((2, self._states.shape[1]))
@@ -470,15 +521,20 @@ class _Comparison:
 class Extent:
     """How far each coordinate and rate goes.
 
+    Parameters
+    ----------
+    states : ndarray, shape (..., n, nq + nv)
+        Of one motion over time, or of several.
+
     Attributes
     ----------
-    range, magnitude : ndarray, shape (nq + nv,)
+    range, magnitude : ndarray, shape (..., nq + nv)
         The largest less the smallest value, and the largest magnitude.
     """
 
     def __init__(self, states: np.ndarray):
         with np.errstate(over="ignore", invalid="ignore"):
-            largest, smallest = states.max(axis=0), states.min(axis=0)
+            largest, smallest = states.max(axis=-2), states.min(axis=-2)
             self.range, self.magnitude = largest - smallest, np.maximum(np.abs(largest), np.abs(smallest))
 
     def is_still(self, system: System) -> np.ndarray:
@@ -490,7 +546,7 @@ class Extent:
         return found
 
     def sizes(self, system: System, apart: np.ndarray) -> np.ndarray:
-        """Return what errors are measured by: what each coordinate and rate does.
+        """Return what errors are measured by, shape (..., nq + nv): what each coordinate and rate does.
 
         That is its range; of a rate at least a part of its magnitude. What moves by less than a billionth of the
         largest, as what symmetry keeps in its place, is measured by that; of rates also by their magnitude.
@@ -501,21 +557,18 @@ class Extent:
             Those that larger ones have nothing to do with.
         """
         size, magnitude, rates = self.range.copy(), self.magnitude, slice(system.nq, None)
-        at_rest = np.zeros(len(size))
-        at_rest[rates] = magnitude[rates]
-        least, angles = _LEAST_RIPPLE * at_rest, _angles(system, len(size))
+        at_rest = np.zeros(size.shape)
+        at_rest[..., rates] = magnitude[..., rates]
+        least, angles = _LEAST_RIPPLE * at_rest, _angles(system, size.shape[-1])
         for part in (slice(0, system.nq), rates):
-            rippled = np.maximum(size[part], least[part])
+            own, angular = size[..., part], angles[part]
+            rippled = np.maximum(own, least[..., part])
             # Angles are small or large by themselves, however far lengths go.
-            angular = angles[part]
-            most = np.where(
-                angular,
-                min(rippled.max(initial=0.0), rippled.max(initial=1.0, where=angular)),
-                rippled.max(initial=0.0),
-            )
-            largest = np.maximum(most, at_rest[part])
-            moves = (size[part] > _AT_REST * largest) | (apart[part] & (size[part] > 0.0))
-            size[part] = np.where(moves, rippled, largest)
+            most = rippled.max(axis=-1, keepdims=True, initial=0.0)
+            of_angles = rippled.max(axis=-1, keepdims=True, initial=1.0, where=angular)
+            largest = np.maximum(np.where(angular, np.minimum(most, of_angles), most), at_rest[..., part])
+            moves = (own > _AT_REST * largest) | (apart[part] & (own > 0.0))
+            size[..., part] = np.where(moves, rippled, largest)
         return np.maximum(size, np.maximum(_ROUND_OFF * magnitude, _TINY))
 
 
@@ -584,7 +637,12 @@ def _rows(solution: Solution) -> np.ndarray:
     return different if len(different) <= most else different[sample_rows(len(different), most)]
 
 
-def _extrapolated(solution: Solution, parts: list[ErrorEstimate], grown: Amplification) -> ErrorEstimate:
+def _extrapolated(
+    solution: Solution,
+    parts: list[ErrorEstimate],
+    grown: Amplification,
+    phase: Phase | None = None,
+) -> ErrorEstimate:
     """Return the error until the end of a long run, as parts of it tell.
 
     Parameters
@@ -593,20 +651,27 @@ def _extrapolated(solution: Solution, parts: list[ErrorEstimate], grown: Amplifi
         The first from the start.
     grown : Amplification
         Where errors grow exponentially; elsewhere they go on by the power of time that they have grown with.
+    phase : Phase, optional
+        Its errors, by the drift of the energy: they count where they tell all; elsewhere the larger ones do.
     """
     found, end = parts[0], float(solution.t[-1])
     times = np.array([end])
-    rows = _at_times(times, solution, parts, grown)
+    rows = _at_times(times, solution, parts, grown, phase)
     if rows.max() > LARGEST_ERROR:
         times = np.linspace(found.t[-1], end, _TIMES_BEYOND + 1)[1:]
-        rows = _at_times(times, solution, parts, grown)
+        rows = _at_times(times, solution, parts, grown, phase)
     return ErrorEstimate(
-        np.append(found.t, times), np.vstack([found.relative, rows]), known=False, rate=grown.rate
-    )
+        np.append(found.t, times), np.vstack([found.relative, rows]), known=False, rate=grown.rate,
+        has_drift=phase is not None and phase.whole is not None,
+    )  # fmt: skip
 
 
 def _at_times(
-    times: np.ndarray, solution: Solution, parts: list[ErrorEstimate], grown: Amplification
+    times: np.ndarray,
+    solution: Solution,
+    parts: list[ErrorEstimate],
+    grown: Amplification,
+    phase: Phase | None,
 ) -> np.ndarray:
     """Return errors beyond what companions have seen: of the part that has the largest at the end."""
     largest = [part.relative.max(axis=0) for part in parts]
@@ -615,7 +680,13 @@ def _at_times(
         for part, row in zip(parts, largest, strict=True)
     ]
     worst = int(np.argmax(at_end))
-    factors = [_factor(parts[worst], grown, solution, t) for t in times]
+    factors = np.array([_factor(parts[worst], grown, solution, t) for t in times])
+    if phase is not None and largest[0].max() > 0.0:
+        by_drift = phase.drifted if phase.whole is None else np.maximum(phase.whole, largest[0].max())
+        found = np.interp(times, phase.t, by_drift) / largest[0].max()
+        if phase.whole is not None:
+            return np.minimum(np.outer(found, largest[0]), _WHOLE)
+        factors = np.maximum(factors, found * largest[0].max() / largest[worst].max())
     return np.minimum(np.outer(factors, largest[worst]), _WHOLE)
 
 

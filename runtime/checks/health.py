@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 blow_up = Late("symgen.runtime.checks.blow_up")
 branches = Late("symgen.runtime.checks.branches")
 contact_settings = Late("symgen.runtime.contact.settings")
+energy_drift = Late("symgen.runtime.checks.energy_drift")
 drift_of_constraints = Late("symgen.runtime.constraints.drift")
 pushing_friction = Late("symgen.runtime.checks.pushing_friction")
 held = Late("symgen.runtime.checks.held")
@@ -98,7 +99,8 @@ def check(solution: Solution) -> list[HealthCheck]:
     * energy: adaptive methods 1e5 rtol, at least 1e-6 and at most 2e-2; methods of fixed step 2e-2, at
       order 1 5e-2. The error is that of T + V - work, in parts of what the motion exchanges; of fixed steps, where
       the error of the motion is known to be small, in parts of that and the work that passes through it meanwhile; of
-      adaptive ones, a note where errors of the states within the tolerance explain it, by way of stiff forces.
+      adaptive ones, a note where errors of the states within the tolerance explain it, by way of stiff forces, or
+      where it comes by and by over a long run, and what it makes of the motion is known to be small.
     * equations: what `rhs` leaves of M a - f - Gᵀλ, G a - γ (as `residual` has them) and dq/dt - N v at five
       states, 1e-8 of their terms; other functions that the run used likewise.
     * constraints: adaptive methods 100 rtol, at least 1e-8 and at most 1e-4; of fixed step 1e-6; in parts of
@@ -145,6 +147,8 @@ def _checked(solution: Solution, *, with_companions: bool = True) -> list[Health
     for entry in found:
         if entry.check == "accuracy" and entry.ok and not entry.note:
             found = judged_with_work(found, solution, entry.value)
+            if getattr(entry, "sees_drift", False):
+                found = energy_drift.judged_with_drift(found, solution, entry.value)
             if solution.constraints == "baumgarte":
                 found = judged_with_drift(found, entry.value)
     return _with_evidence(found)

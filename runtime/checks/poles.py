@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from symgen.runtime.batches import accelerations_and_multipliers
 from symgen.runtime.checks.entry import HealthCheck, noted
+from symgen.runtime.lazy import Late
 from symgen.runtime.names import rate_labels
 
 if TYPE_CHECKING:
     from symgen.runtime.integrate.methods import Method
     from symgen.runtime.solution import Solution
 
+companion = Late("symgen.runtime.checks.companion")
+error_estimate = Late("symgen.runtime.checks.error_estimate")
+
+_STEPS = 1.5  # between frames: over more, states are integrated again
 _GROWTH = 1e6  # of an acceleration, from the frames around a pole to the last digits of time
 _LEAST_POWER = 0.9  # of 1/|t - t_pole| in an acceleration whose integral is infinite
 _MOST_INTERVALS = 20  # with the largest jumps
@@ -37,7 +42,9 @@ def poles(solution: Solution, method: Method) -> Iterator[HealthCheck]:
         return
     with np.errstate(all="ignore"):
         a, _ = accelerations_and_multipliers(system, solution.p, solution.t, solution.states)
-        found = _infinite_frame(solution.t, a) or _pole(solution, a)
+        found = _infinite_frame(solution.t, a) or _pole(
+            solution, _Rows(solution.t, solution.q, solution.v), a
+        )
     if found is None:
         return
     when, rate, value, power = found
@@ -57,12 +64,20 @@ def _infinite_frame(t: np.ndarray, a: np.ndarray) -> tuple[float, int, float, fl
     return (float(t[bad[0, 0]]), int(bad[0, 1]), float("inf"), float("inf")) if bad.size else None
 
 
-def _pole(solution: Solution, a: np.ndarray) -> tuple[float, int, float, float] | None:
-    """Return time, rate, growth and power of the first pole between frames."""
+class _Rows(NamedTuple):
+    """States over time, shape (n,), (n, nq), (n, nv)."""
+
+    t: np.ndarray
+    q: np.ndarray
+    v: np.ndarray
+
+
+def _pole(solution: Solution, seen: _Rows, a: np.ndarray) -> tuple[float, int, float, float] | None:
+    """Return time, rate, growth and power of the first pole between states, of which `a` are the accelerations."""
     frames, rates = _largest_jumps(a)
     if not frames.size:
         return None
-    rows, between = np.arange(len(frames)), _Between(solution, frames)
+    rows, between = np.arange(len(frames)), _Between(seen, frames)
     before = a[frames, rates]
     around = np.maximum(np.abs(before), np.abs(a[frames + 1, rates]))
     left, right = np.zeros(len(frames)), np.ones(len(frames))
@@ -80,13 +95,42 @@ def _pole(solution: Solution, a: np.ndarray) -> tuple[float, int, float, float] 
     if not grown.size:
         return None
     times = between.at(right)[0]
-    first = grown[np.argmin(times[grown])]
-    when = float(times[first])
+    for first in grown[np.argsort(times[grown], kind="stable")]:
+        frame, h = frames[first], float(seen.t[frames[first] + 1] - seen.t[frames[first]])
+        if h > _STEPS * solution.step and seen.t is solution.t:
+            again = _step_by_step(solution, frame)
+            if again is not None:
+                found = _pole(solution, *again)
+                if found is not None:
+                    return found
+                continue
+        return float(times[first]), int(rates[first]), *_growth(float(times[first]), h, float(growth[first]))
+    return None
+
+
+def _step_by_step(solution: Solution, frame: int) -> tuple[_Rows, np.ndarray] | None:
+    """Return states and accelerations from a frame to the next one at each step; None where it does not come there.
+
+    No cubic tells what a motion does between frames a period apart.
+    """
+    begin, end = solution.t[frame : frame + 2]
+    times = np.linspace(begin, end, int(np.ceil((end - begin) / solution.step)) + 1)
+    own = companion.Companion(error_estimate.method_of(solution), solution.rtol, solution.atol, solution.step)
+    states = companion.follow(
+        solution, own, times, solution.states[frame], 2 * len(times), lambda _: False
+    ).states
+    if len(states) < len(times):
+        return None
+    nq = solution.q.shape[1]
+    a, _ = accelerations_and_multipliers(solution.system, solution.p, times, states)
+    return _Rows(times, states[:, :nq], states[:, nq : nq + solution.v.shape[1]]), a
+
+
+def _growth(when: float, h: float, growth: float) -> tuple[float, float]:
+    """Return the growth of an acceleration within an interval around a pole, and the power that this is."""
     # The last places looked at are as near to the pole as time can be told apart.
-    h = float(solution.t[frames[first] + 1] - solution.t[frames[first]])
     nearest = max(h * 0.5**_BISECTIONS, np.finfo(float).eps * abs(when))
-    power = float(np.log(growth[first]) / np.log(h / nearest))
-    return when, int(rates[first]), float(growth[first]), power
+    return growth, float(np.log(growth) / np.log(h / nearest))
 
 
 def _largest_jumps(a: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -106,8 +150,8 @@ class _Between:
         The first of each pair.
     """
 
-    def __init__(self, solution: Solution, frames: np.ndarray):
-        t, q, v = solution.t, solution.q, solution.v
+    def __init__(self, seen: _Rows, frames: np.ndarray):
+        t, q, v = seen
         self._t, self._h = t[frames], t[frames + 1] - t[frames]
         self._q, self._dq, self._v, self._next_v = (
             q[frames],

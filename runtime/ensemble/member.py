@@ -24,6 +24,7 @@ from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate import plain_events
 from symgen.runtime.integrate.methods import find_method
 from symgen.runtime.lazy import Late
+from symgen.runtime.options import SMALLEST_RTOL
 from symgen.runtime.solution import ConstraintResidual, Energy, Solution
 from symgen.runtime.timing.timetable import make_timetable
 
@@ -159,11 +160,12 @@ def _events(batch: LaneBatch | SwitchedBatch, system: System) -> tuple[EventLog,
     return log, rows[:, plain_events.CHANGE]
 
 
-def end_again(plan: Plan, numbers: np.ndarray, rtol: float) -> np.ndarray:
-    """Return the ends, shape (k, ny), of members at another tolerance."""
-    settings = replace(
-        plan.settings, rtol=rtol, atol=plan.single.atol * rtol / plan.single.rtol, frame_times=np.zeros(0)
-    )
+def end_again(plan: Plan, numbers: np.ndarray, finer: float = 1.0) -> np.ndarray:
+    """Return the ends, shape (k, ny), of members at so much of their tolerance, or of their fixed step."""
+    settings = replace(plan.settings, frame_times=np.zeros(0), step=finer * plan.settings.step)
+    if not plan.settings.step:
+        rtol = max(plan.single.rtol * finer, min(plan.single.rtol, SMALLEST_RTOL))
+        settings = replace(settings, rtol=rtol, atol=plan.single.atol * rtol / plan.single.rtol)
     found = []
     batch = make_batch(plan.system, settings)
     for number in numbers:

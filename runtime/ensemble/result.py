@@ -15,6 +15,7 @@ from symgen.runtime.ensemble.member import end_again, member_again
 from symgen.runtime.ensemble.sampling import named_beside
 from symgen.runtime.ensemble.verdict import CAUSES, VERDICTS, Verdicts
 from symgen.runtime.errors import RuntimeModelError, UnknownNameError, nearest
+from symgen.runtime.integrate.methods import find_method
 from symgen.runtime.lazy import Late
 from symgen.runtime.record import record
 
@@ -54,6 +55,8 @@ class EnsembleHealth:
         Why members failed, and how many.
     largest_energy_error, largest_residual : float
         Over all members that reached their end.
+    step : float or None [s]
+        Of a method of fixed step.
     """
 
     n: int
@@ -63,6 +66,7 @@ class EnsembleHealth:
     causes: dict[str, int]
     largest_energy_error: float
     largest_residual: float
+    step: float | None = None
 
     @property
     def ok(self) -> bool:
@@ -78,10 +82,13 @@ class EnsembleHealth:
                 f"{self.n_failed} failed ({self.n_failed / self.n:.2%})" + (f": {causes}" if causes else "")
             )
         if self.n_doubtful:
-            said.append(
-                f"{self.n_doubtful} are doubtful ({self.n_doubtful / self.n:.2%}): their energy balance or constraints "
-                "are off by more than the tolerance explains; try a smaller rtol"
+            why = (
+                f"their motion, energy balance or constraints are off; try a smaller step than {self.step:g} s"
+                if self.step
+                else "their energy balance or constraints are off by more than the tolerance explains; try a "
+                "smaller rtol"
             )
+            said.append(f"{self.n_doubtful} are doubtful ({self.n_doubtful / self.n:.2%}): {why}")
         if self.worst:
             few = ", ".join(map(str, self.worst[:5]))
             said.append(f"look at member{'s' * (len(self.worst) > 1)} {few}{' …' * (len(self.worst) > 5)}")
@@ -221,11 +228,11 @@ class Ensemble:
         causes = {CAUSES[status]: count for status, count in sorted(known.causes.items())}
         return EnsembleHealth(
             known.n, known.n_failed, known.n_doubtful, known.named, causes, known.largest_energy_error,
-            known.largest_residual,
+            known.largest_residual, self.plan.single.step,
         )  # fmt: skip
 
     def accuracy(self, sample: int = _SAMPLE) -> dict[str, Any]:
-        """Estimate errors at the end by running some members again at a thirtieth of the tolerance.
+        """Estimate errors at the end by running some members again at a thirtieth of the tolerance, or half the step.
 
         Parameters
         ----------
@@ -248,12 +255,15 @@ class Ensemble:
                 "accuracy: members ran one after another; member(k).health has their errors"
             )
         numbers = np.unique(np.linspace(0, self.n - 1, min(sample, self.n)).astype(int))
-        ends = end_again(self.plan, numbers, self.plan.single.rtol)
-        better = end_again(self.plan, numbers, max(self.plan.single.rtol * _TIGHTER, 1e-15))
+        ends, order = end_again(self.plan, numbers), find_method(self.plan.method).order
+        better = end_again(self.plan, numbers, 0.5 if self.plan.settings.step else _TIGHTER)
+        remains = (
+            1.0 / (1.0 - 0.5**order) if self.plan.settings.step else 1.0
+        )  # of Richardson's extrapolation
         n = self.plan.system.nq + self.plan.system.nv
         with np.errstate(invalid="ignore"):
             scale = np.fmax(np.nanmax(np.abs(better[:, :n]), axis=0), 1e-300)
-            errors = np.nanmax(np.abs(ends - better)[:, :n] / scale, axis=1)
+            errors = remains * np.nanmax(np.abs(ends - better)[:, :n] / scale, axis=1)
         return {"members": numbers, "errors": errors}
 
     def sensitivity(self, name: str) -> Sensitivity:

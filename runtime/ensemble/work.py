@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import threading
 import weakref
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symgen.runtime.ensemble import member, wound
+from symgen.runtime.ensemble import beside, member, wound
 from symgen.runtime.ensemble.batch import RESULTS, BatchResult, LaneBatch
 from symgen.runtime.ensemble.evaluate import evaluate_members
 from symgen.runtime.ensemble.single import UNSUITED, give_up, run_single, runs_alone
@@ -39,6 +39,8 @@ ENERGY = "energy"
 _FUNCTIONS = {"outputs": "outputs", "accelerations": "rhs", "multipliers": "rhs", ENERGY: "energy"}
 _LOOKED_AT_AGAIN = 8
 _JUDGED = ("energy", "finite", "constraint position", "stops", "windings")
+_FRAMES_JUDGED = 65  # of a member that a second run beside it judges
+_HELD = 2  # plans that a thread keeps lanes of
 _own = threading.local()
 _running: weakref.WeakSet[LaneBatch | SwitchedBatch | DeviceBatch] = weakref.WeakSet()
 
@@ -98,6 +100,26 @@ def _series_over_inputs(
 def run_members(plan: Plan, first: int, last: int) -> tuple[np.ndarray, np.ndarray, Verdicts, dict[int, str]]:
     """Return states, shape (k, F, ny), parameters, verdicts and messages of members."""
     parameters, varied = plan.members.arrays(plan.p, first, last)
+    states, verdicts, messages = _run(plan, first, parameters, varied)
+    if beside.has_companion(plan):
+        sound = np.flatnonzero((verdicts.status == at.REACHED_STOP) & verdicts.ok)
+        wrong = beside.wrong_members(
+            plan, first, parameters, varied, states, verdicts.steps, sound, _states_and_ends
+        )
+        verdicts.ok[wrong] = False
+    return states, parameters, verdicts, messages
+
+
+def _states_and_ends(plan: Plan, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return states of members of another plan, shape (k, F, ny), and which of them came to the end."""
+    states, verdicts, _ = _run(plan, first, *plan.members.arrays(plan.p, first, last))
+    return states, verdicts.status == at.REACHED_STOP
+
+
+def _run(
+    plan: Plan, first: int, parameters: np.ndarray, varied: dict[str, np.ndarray]
+) -> tuple[np.ndarray, Verdicts, dict[int, str]]:
+    """Return states, shape (k, F, ny), verdicts by what the runs themselves tell, and messages."""
     if plan.settings is None:
         return _one_by_one(plan, first, parameters, varied)
     starts, failures = plan.starts.of(parameters, varied)
@@ -122,7 +144,7 @@ def run_members(plan: Plan, first: int, last: int) -> tuple[np.ndarray, np.ndarr
         for k in np.flatnonzero(np.isin(verdicts.status, for_single_runs)):
             here = {name: float(values[k]) for name, values in varied.items()}
             messages |= _take_single(plan, first + int(k), parameters[k], here, states[k], verdicts, int(k))
-    return states, parameters, verdicts, messages
+    return states, verdicts, messages
 
 
 def _run_in_lanes(plan: Plan, first: int, parameters: np.ndarray, starts: np.ndarray) -> BatchResult:
@@ -165,12 +187,25 @@ def _objects(solution: Solution) -> bool:
 
 def _batch(plan: Plan) -> LaneBatch | SwitchedBatch | DeviceBatch:
     """The thread's own lanes, or its own stream of a device."""
-    if getattr(_own, "plan", None) is not plan:
-        on_device = plan.options.device != "cpu"
-        make = device.make_batch if on_device else make_batch
-        _own.plan, _own.batch = plan, make(plan.system, wound.with_watched(plan))
-        _running.add(_own.batch)
-    return _own.batch
+
+    def made() -> LaneBatch | SwitchedBatch | DeviceBatch:
+        make = device.make_batch if plan.options.device != "cpu" else make_batch
+        batch = make(plan.system, wound.with_watched(plan))
+        _running.add(batch)
+        return batch
+
+    return _of_thread("batches", plan, made)
+
+
+def _of_thread(kind: str, plan: Plan, make: Callable[[], Any]) -> Any:
+    """Return what the thread has made for a plan: of the last ones, as a plan and its half step take turns."""
+    held = _own.__dict__.setdefault(kind, [])
+    for known, made in held:
+        if known is plan:
+            return made
+    held.insert(0, (plan, make()))
+    del held[_HELD:]
+    return held[0][1]
 
 
 def stop_all(plan: Plan) -> None:
@@ -182,36 +217,37 @@ def stop_all(plan: Plan) -> None:
 
 def _one_by_one(
     plan: Plan, first: int, parameters: np.ndarray, varied: dict[str, np.ndarray]
-) -> tuple[np.ndarray, np.ndarray, Verdicts, dict[int, str]]:
+) -> tuple[np.ndarray, Verdicts, dict[int, str]]:
     n = len(parameters)
     states = np.full((n, max(len(plan.frame_times), 1), plan.system.ny), np.nan)
     verdicts, messages = Verdicts.empty(n), {}
     verdicts.singly[:] = True
-    prepared = None if plan.inputs_differ else _prepared(plan)
+    prepared = None if plan.inputs_differ or beside.judged_alone(plan) else _prepared(plan)
     # What ends before its time stays where it is: frames behind that are for single runs.
     ends = any(event["action"] == "terminate" for event in plan.system.events)
     if prepared is not None and not prepared.why_python and not (ends and len(plan.frame_times)):
         messages = _take_prepared(prepared, first, parameters, varied, states, verdicts)
-        return states, parameters, verdicts, messages
+        return states, verdicts, messages
     for k in range(n):
         here = {name: float(values[k]) for name, values in varied.items()}
         messages |= _take_single(plan, first + k, parameters[k], here, states[k], verdicts, k)
-    return states, parameters, verdicts, messages
+    return states, verdicts, messages
 
 
 def _prepared(plan: Plan) -> PreparedRun:
     """The thread's own prepared run of the model, by the member that choices are made by, whoever comes first here."""
-    if getattr(_own, "prepared_for", None) is not plan:
+
+    def made() -> PreparedRun:
         start, rate = plan.starts.given(plan.starts.of_one)
         known = {record["name"] for record in plan.system.coordinates}
         rates = {name if name not in known else f"dot({name})": value for name, value in rate.items()}
         options = replace(plan.single, parameters=None, start=None, rate=None, inputs=plan.inputs or None)
-        _own.prepared = preparing.PreparedRun(
+        return preparing.PreparedRun(
             plan.system, options, parameters=plan.single_parameters(plan.first_parameters), start={**start, **rates},
             output=list(plan.frame_times) if len(plan.frame_times) else "end", checks="end",
         )  # fmt: skip
-        _own.prepared_for = plan
-    return _own.prepared
+
+    return _of_thread("prepared", plan, made)
 
 
 def _take_prepared(
@@ -241,8 +277,14 @@ def _take_single(
 ) -> dict[int, str]:  # fmt: skip
     """Run a member by itself, and fill in its states and verdict; returns why it failed, by its number."""
     verdicts.singly[k], left_with = True, int(verdicts.status[k])
+    wanted = plan.frame_times if len(plan.frame_times) else np.array([plan.single.t_end])
+    alone, times = beside.judged_alone(plan), wanted
+    if alone:
+        times = np.unique(
+            np.append(wanted, np.linspace(plan.single.t_start, plan.single.t_end, _FRAMES_JUDGED))
+        )
     try:
-        solution = run_single(plan, number, p, varied, status=left_with)
+        solution = run_single(plan, number, p, varied, times, left_with)
     except RuntimeModelError as error:
         verdicts.status[k], verdicts.ok[k] = NO_START, False
         return {number: str(error)}
@@ -255,10 +297,9 @@ def _take_single(
         verdicts.ok[k] = False
         return {number: solution.message}
     verdicts.status[k] = at.REACHED_STOP
-    verdicts.ok[k] = not _objects(solution)
+    verdicts.ok[k] = not (health.objections_to(solution) if alone else _objects(solution))
     n = plan.system.nq + plan.system.nv
     # A run that its events end stays where it is.
-    wanted = plan.frame_times if len(plan.frame_times) else [plan.single.t_end]
     rows = np.searchsorted(solution.t, np.minimum(wanted, solution.t[-1]))
     states[:, :n] = solution.states[rows]
     if plan.system.nw:

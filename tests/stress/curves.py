@@ -18,12 +18,11 @@ from symgen.link import derive_text
 from symgen.runtime.inputs import Table
 from symgen.runtime.integrate.methods import METHODS, find_method
 
-from .judging import attempt, flag, refusal
+from .judging import attempt, flag, judge_end, refusal
 from .kinks import Motion, reference
-from .scenario import DOUBTED, FLAGGED, RIGHT, WRONG, Outcome, Scenario, admits
+from .scenario import WRONG, Outcome, Scenario
 
 _CASES = 2  # of each way with each method
-_WRONG, _RIGHT = 0.05, 1e-4
 _RTOLS = (1e-4, 1e-7, 1e-10)
 WAYS = ("alone", "coupled", "assembly", "input", "resets", "turning")
 
@@ -166,21 +165,14 @@ def curve(way: str, number: int, method: str) -> Outcome:
     if find_method(method).adaptive:
         options["rtol"] = float(r.choice(_RTOLS))
     run = attempt(system, motion.t_end, method=method, **options)
-    flagged = flag(run)
     if isinstance(run, Outcome):
         return run
     truth = reference(motion)
     if truth is None:
-        return flagged or Outcome(WRONG, f"it has an end, {run.states[-1]}, where the reference has none")
+        return flag(run) or Outcome(WRONG, f"it has an end, {run.states[-1]}, where the reference has none")
     end, ranges = truth
     off = float((np.abs(run.states[-1] - end) / np.maximum(ranges, 1e-9)).max())
-    said = f"error {off:.1e}, {method}, {options.get('rtol')}, to {motion.t_end}"
-    if flagged is not None:
-        ended = run.status in ("success", "terminated")
-        return Outcome(DOUBTED if ended and off < _RIGHT else FLAGGED, f"{said}: {flagged.says}")
-    if off <= _WRONG:
-        return Outcome(RIGHT, said)
-    return Outcome(FLAGGED if admits(run, off) else WRONG, said)
+    return judge_end(run, off, f"{method}, {options.get('rtol')}, to {motion.t_end}")
 
 
 def scenarios() -> Iterator[Scenario]:

@@ -18,11 +18,10 @@ from symgen.link import derive_text
 from symgen.runtime.inputs import Controller, Table
 from symgen.runtime.integrate.methods import METHODS, find_method
 
-from .judging import attempt, flag
-from .scenario import DOUBTED, FLAGGED, RIGHT, WRONG, Outcome, Scenario, admits
+from .judging import attempt, flag, judge_end
+from .scenario import WRONG, Outcome, Scenario
 
 _CASES = 3  # of each kind with each method
-_WRONG, _RIGHT = 0.05, 1e-4  # of what a quantity does
 _RTOLS = (1e-4, 1e-7, 1e-10)
 
 
@@ -427,20 +426,13 @@ def element(kind: str, number: int, method: str) -> Outcome:
         options.pop("step", None)
         options["rtol"] = float(r.choice(_RTOLS))
     run = attempt(system, case.t_end, method=method, **options)
-    flagged = flag(run)
     lost = any(math.isnan(value) for value, _ in case.truth.values())
     if lost:
-        return flagged or Outcome(WRONG, f"it has an end: {run['x'][-1]}")
+        return flag(run) or Outcome(WRONG, f"it has an end: {run['x'][-1]}")
     if isinstance(run, Outcome):
         return run
     off = max(abs(float(run[name][-1]) - value) / size for name, (value, size) in case.truth.items())
-    said = f"error {off:.1e}, {method}, {options}, to {case.t_end}"
-    if flagged is not None:
-        ended = run.status in ("success", "terminated")
-        return Outcome(DOUBTED if ended and off < _RIGHT else FLAGGED, f"{said}: {flagged.says}")
-    if off <= _WRONG:
-        return Outcome(RIGHT, said)
-    return Outcome(FLAGGED if admits(run, off) else WRONG, said)
+    return judge_end(run, off, f"{method}, {options}, to {case.t_end}")
 
 
 def scenarios() -> Iterator[Scenario]:

@@ -13,12 +13,13 @@ from symgen.errors import ModelError
 from symgen.runtime import solve
 from symgen.runtime.errors import RuntimeModelError
 
-from .scenario import FLAGGED, REFUSED, RIGHT, WRONG, Outcome
+from .scenario import DOUBTED, FLAGGED, REFUSED, RIGHT, WRONG, Outcome, admits
 
 if TYPE_CHECKING:
     from symgen.runtime import Solution, System
 
 MOST_STEPS = 300_000
+RIGHT_END, WRONG_END = 1e-4, 0.05  # of what a quantity does
 _SMALL = 1e-5  # of the motion: an error that says nothing about the order of a method any more
 _ROUNDED = 1e-9
 _MISSING_ORDER = 0.7
@@ -85,6 +86,28 @@ def judge_convergence(
     says = f"error {coarse:.1e}, with {part} of the step {fine:.1e}, order {order}"
     good = coarse <= _SMALL or fine <= _ROUNDED or (found >= order - _MISSING_ORDER and fine < 0.5)
     return Outcome(RIGHT if good else WRONG, says)
+
+
+def judge_end(
+    run: Solution, off: float, said: str, *, right: float = RIGHT_END, wrong: float = WRONG_END
+) -> Outcome:
+    """Return the outcome of a run whose end is off by so much, in parts of what its quantities do.
+
+    Parameters
+    ----------
+    off : float
+    said : str
+        What was run, and how.
+    right, wrong : float
+        Up to where a flag is one of a right run, and from where on silence is wrong.
+    """
+    said, flagged = f"error {off:.1e}, {said}", flag(run)
+    if flagged is not None:
+        ended = run.status in ("success", "terminated")
+        return Outcome(DOUBTED if ended and off < right else FLAGGED, f"{said}: {flagged.says}")
+    if off <= wrong:
+        return Outcome(RIGHT, said)
+    return Outcome(FLAGGED if admits(run, off) else WRONG, said)
 
 
 def end_error(q: np.ndarray, v: np.ndarray) -> Callable[[Solution], float]:

@@ -17,7 +17,8 @@ MODULES = (
     "every_method", "stability_limit", "stiffness", "extremes", "tolerances", "singular", "near_singular",
     "broken_forces", "spans", "events", "cuts", "random_models", "long_runs", "energy", "partition",
     "error_growth", "sizes", "jumped_over", "hostile", "messages", "plates", "ensembles", "saturated", "weak_friction",
-    "company", "hostile_stores", "at_once", "elements", "kinks", "curves",
+    "company", "hostile_stores", "at_once", "elements", "kinks", "curves", "drifts", "wound",
+    "noises", "tyres",
 )  # fmt: skip
 
 

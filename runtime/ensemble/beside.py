@@ -1,0 +1,197 @@
+"""Members of fixed steps held against the same members integrated again: whether they are where their motion is.
+
+A fixed step keeps the energy of a motion, and its constraints, long after its phase is lost: no number of its own steps
+tells. So the motion is integrated again in lanes, by a method of high order that chooses its steps, which takes less
+time than most fixed steps; where stability holds that back, by the method itself with half the step, as single runs do
+it (`checks/companion.py`). A member is held to what is kept of it: its end, or its frames.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import weakref
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from symgen.runtime.checks.error_estimate import LARGEST_ERROR, Extent
+from symgen.runtime.choose import choose_step
+from symgen.runtime.ensemble.plan import make_plan
+from symgen.runtime.ensemble.switched import make_batch
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.methods import find_method
+from symgen.runtime.lazy import Late
+from symgen.runtime.sampling import quasi_random
+
+if TYPE_CHECKING:
+    from symgen.runtime.ensemble.batch import LaneBatch
+    from symgen.runtime.ensemble.gpu.batch import DeviceBatch
+    from symgen.runtime.ensemble.plan import Plan
+
+device = Late("symgen.runtime.ensemble.gpu.device")
+
+_BESIDE = "dop853"
+# The first is cheap, and right enough to acquit; the second has the last word.
+_TOLERANCES = ((1e-4, 1e-7), (1e-10, 1e-14))
+_ACQUITS = 0.5  # times the limit
+_LEAST_STEPS = 500  # allowed; more than those of the member itself are a sign that stability holds it back
+_EVEN, _EARLY = 24, 8  # times at which it is looked how far coordinates go; motion may die out soon
+_FIRST = 1e-4  # of the run
+_NUMBERS = 1 << 20  # of states of members at once: 8 MB
+_lock = threading.Lock()
+_plans: weakref.WeakKeyDictionary[Plan, dict[str, Plan]] = weakref.WeakKeyDictionary()
+_own = threading.local()
+
+Rerun = Callable[["Plan", int, int], tuple[np.ndarray, np.ndarray]]
+
+
+def has_companion(plan: Plan) -> bool:
+    """Whether members have fixed steps and can be integrated again in lanes, since nothing switches or resets."""
+    method = find_method(plan.method)
+    if method.adaptive or plan.system.switches or plan.system.events:
+        return False
+    return _companion(plan, "0").settings is not None
+
+
+def judged_alone(plan: Plan) -> bool:
+    """Whether members have fixed steps, and only the health report of each tells whether they are right."""
+    return not find_method(plan.method).adaptive and not has_companion(plan)
+
+
+def wrong_members(
+    plan: Plan, first: int, parameters: np.ndarray, varied: dict[str, np.ndarray], states: np.ndarray,
+    steps: np.ndarray, chosen: np.ndarray, rerun: Rerun,
+) -> np.ndarray:  # fmt: skip
+    """Return the members, counted from `first`, that are off by more than a single run may be.
+
+    Parameters
+    ----------
+    parameters : ndarray, shape (k, n_p)
+    varied : dict of str to ndarray, shape (k,)
+        Starts that vary.
+    states : ndarray, shape (k, F, ny)
+        What is kept of the members: frames, or their ends.
+    steps : ndarray of int, shape (k,)
+        That they took.
+    chosen : ndarray of int
+        Which of them to look at, counted from `first`.
+    rerun : callable
+        Runs members of a plan, from a number up to another one, and returns states and whether these reached the end.
+    """
+    wrong, held_back = chosen, np.zeros(0, dtype=int)
+    limit = _ACQUITS * LARGEST_ERROR
+    for which in range(len(_TOLERANCES)):
+        companion = _companion(plan, str(which))
+        batch = _batch(companion, max(_LEAST_STEPS, int(steps.max(initial=0))), plan.options.device)
+        again, reached = _integrated(companion, batch, first, parameters, varied, wrong)
+        held_back = np.append(held_back, wrong[~reached])
+        off = _errors(companion, plan, again[reached], states[wrong[reached]])
+        wrong = wrong[reached][~(off <= limit)]
+        limit = LARGEST_ERROR
+        if not len(wrong):
+            break
+    if not len(held_back):
+        return wrong
+    half, numbers = _companion(plan, "half"), np.sort(held_back)
+    order = find_method(plan.method).order
+    found = [wrong]
+    for part in np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1):
+        again, reached = rerun(half, first + int(part[0]), first + int(part[-1]) + 1)
+        off = _errors(half, plan, again, states[part]) * 2.0**order / (2.0**order - 1.0)
+        found.append(part[reached & ~(off <= LARGEST_ERROR)])
+    return np.sort(np.concatenate(found))
+
+
+def _companion(plan: Plan, which: str) -> Plan:
+    """Return the plan of the same members with another method, or with half the step, which is made once."""
+    with _lock:
+        known = _plans.setdefault(plan, {})
+        if which not in known:
+            known[which] = _made(plan, which)
+        return known[which]
+
+
+def _made(plan: Plan, which: str) -> Plan:
+    options = replace(
+        plan.options, frames=_times(plan), keep="end", reduce=None, executor=None, out=None, resume=False,
+        progress=None, max_steps=None, device="cpu",
+    )  # fmt: skip
+    if which == "half":
+        method, chosen = find_method(plan.method), plan.single.step
+        if chosen is None:
+            chosen, _ = choose_step(method, plan.system, plan.first_parameters, plan.first_state, plan.single)
+        return make_plan(plan.system, replace(options, method=plan.method, step=0.5 * chosen))
+    rtol, atol = _TOLERANCES[int(which)]
+    return make_plan(plan.system, replace(options, method=_BESIDE, step=None, rtol=rtol, atol=atol))
+
+
+def _times(plan: Plan) -> np.ndarray:
+    """Return the times of what is kept, and others that show how far coordinates and rates go [s]."""
+    begin, end = plan.single.t_start, plan.single.t_end
+    even = (np.arange(_EVEN) + 0.5 + 0.5 * quasi_random(_EVEN)) / _EVEN
+    parts = np.concatenate([[0.0], np.geomspace(_FIRST, 0.5, _EARLY), even])
+    return np.unique(np.concatenate([begin + parts * (end - begin), [end], plan.frame_times]))
+
+
+def _integrated(
+    companion: Plan, batch: LaneBatch | DeviceBatch, first: int, parameters: np.ndarray,
+    varied: dict[str, np.ndarray], chosen: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """Return states of members over the companion's times, shape (k, T, ny), and which of them came to the end."""
+    at_once = max(1, _NUMBERS // (len(companion.frame_times) * companion.system.ny))
+    if companion.settings.breaks is not None:
+        at_once = min(at_once, companion.settings.breaks.most_at_once)
+    frames, reached = (
+        [np.zeros((0, len(companion.frame_times), companion.system.ny))],
+        [np.zeros(0, dtype=bool)],
+    )
+    for k in range(0, len(chosen), at_once):
+        rows = chosen[k : k + at_once]
+        starts, _ = companion.starts.of(
+            parameters[rows], {name: values[rows] for name, values in varied.items()}
+        )
+        numbers = () if companion.settings.breaks is None else (first + rows,)
+        result = batch.run(parameters[rows], starts, *numbers)
+        frames.append(result.frames)
+        reached.append(result.column("status") == at.REACHED_STOP)
+    return np.concatenate(frames), np.concatenate(reached)
+
+
+def _batch(companion: Plan, most_steps: int, where: str) -> LaneBatch | DeviceBatch:
+    """Return the thread's own lanes of a companion, or threads of a device that can hold it: of the last few."""
+    held = _own.__dict__.setdefault("batches", [])
+    for known, most, batch in held:
+        if known() is companion and most == most_steps:
+            return batch
+    settings, batch = replace(companion.settings, max_steps=most_steps), None
+    if where != "cpu":
+        with contextlib.suppress(RuntimeModelError):  # it is too large
+            batch = device.make_batch(companion.system, settings)
+    batch = batch or make_batch(companion.system, settings)
+    held.insert(0, (weakref.ref(companion), most_steps, batch))
+    del held[len(_TOLERANCES) :]
+    return batch
+
+
+def _errors(companion: Plan, plan: Plan, again: np.ndarray, states: np.ndarray) -> np.ndarray:
+    """Return how far members are off at what is kept of them, in parts of what coordinates and rates do, shape (k,).
+
+    Parameters
+    ----------
+    again : ndarray, shape (k, T, ny)
+        At the companion's times.
+    states : ndarray, shape (k, F, ny)
+    """
+    system = plan.system
+    n = system.nq + system.nv
+    kept = plan.frame_times if len(plan.frame_times) else companion.frame_times[-1:]
+    rows = np.searchsorted(companion.frame_times, kept)
+    with np.errstate(over="ignore", invalid="ignore"):
+        sizes = Extent(again[:, :, :n]).sizes(system, np.zeros(n, dtype=bool))
+        off = np.abs(again[:, rows, :n] - states[:, :, :n]) / sizes[:, None, :]
+    off[:, :, list(system.integrals)] = 0.0
+    return off.max(axis=(1, 2), initial=0.0)
