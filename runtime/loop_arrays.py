@@ -334,22 +334,41 @@ class LoopArrays:
         if not method.adaptive:
             self.control[at.H] = step
 
+    def adopt(self, system: System, method: Method) -> bool:
+        """Take up the arrays of a form that the run has had before, as they were left; whether it had."""
+        method = suited_to_size(method, system)
+        if system is self._form[0] and method is self._form[1]:
+            return True
+        self._other_forms[id(self._form[0]), id(self._form[1])] = (
+            self._form, *(getattr(self, name) for name in _OF_FORM),
+        )  # fmt: skip
+        known = self._other_forms.pop((id(system), id(method)), None)
+        if known is None:
+            return False
+        self._form = known[0]
+        for name, value in zip(_OF_FORM, known[1:]):
+            setattr(self, name, value)
+        return True
+
+    def visit(self, system: System, method: Method, *, held: bool, look: Callable[[], Any]) -> Any:
+        """Return what `look` finds where the run is in a given form, and come back with all as it was."""
+        own, kept = self._form, (self.control.copy(), self.counters.copy())
+        if not self.adopt(system, method):
+            self.change_form(system, method, held=held)
+        else:
+            self.limit_steps(self._form[1], held=held)
+        found = look()
+        self.adopt(*own)
+        self.control[:], self.counters[:] = kept
+        return found
+
     def _take_form_again(self, system: System, method: Method) -> bool:
         """Go on with the arrays of a form that the run has had before, as with new ones; whether it had."""
         if system.input_descriptions:
             return False  # what is worked out of `p` has pieces of inputs over time in it
-        method = suited_to_size(method, system)
-        if system is not self._form[0] or method is not self._form[1]:
-            self._other_forms[id(self._form[0]), id(self._form[1])] = (
-                self._form, *(getattr(self, name) for name in _OF_FORM),
-            )  # fmt: skip
-            known = self._other_forms.pop((id(system), id(method)), None)
-            if known is None:
-                return False
-            self._form = known[0]
-            for name, value in zip(_OF_FORM, known[1:]):
-                setattr(self, name, value)
-        self._work_out(system, method)
+        if not self.adopt(system, method):
+            return False
+        self._work_out(system, self._form[1])
         self.f[:] = self.work[:] = 0.0
         self.counters[at.FAMILY_COUNTERS :] = 0
         self.restart(state_changed=True)
