@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 runtime_checkpoint = Late("symgen.runtime.checkpoint")
 events_in_code = Late("symgen.runtime.events_in_code")
 frictions_in_code = Late("symgen.runtime.frictions_in_code")
+jumps_in_code = Late("symgen.runtime.jumps_in_code")
 
 _FRAMES_AT_ONCE = 1000
 _FIRST_STEPS = 200
@@ -58,6 +59,8 @@ class Run(RunState):
         given = self.system, self.method, self.arrays
         if events_in_code.has_plain_events(self.system):
             return events_in_code.EventsInCode(*given)
+        if jumps_in_code.has_plain_jumps(self.system, self.arrays):
+            return jumps_in_code.JumpsInCode(*given)
         if frictions_in_code.has_plain_frictions(*given):
             return frictions_in_code.FrictionsInCode(*given)
         return None
@@ -220,9 +223,9 @@ class Run(RunState):
         self.notes.append(
             f"method auto: {self.method.name} from t = {self.arrays.t:.9g} s on, where {before.name} cannot go on"
         )
-        self.arrays.change_method(self.system, self.method)
-        if self._in_code is not None and self._in_code.in_both_forms:
-            self._in_code = self._acts_in_code()
+        self.arrays.change_method(self.actions.form, self.method)
+        self.arrays.limit_steps(self.method, held=self.actions.is_held)
+        self._in_code = self._acts_in_code()
 
     def _allowed(self, n_steps: int) -> int:
         if self.max_steps is None:
@@ -353,7 +356,11 @@ class Run(RunState):
 
     def _hand_on_events(self) -> None:
         """Hand on frames, and report between them the events that machine code has acted on, in their order."""
-        first, n_forms, (before, frames, sums, forms) = self.handed, len(self.forms), self._in_code.take_changes()
+        first, n_forms, (before, frames, sums, forms) = (
+            self.handed,
+            len(self.forms),
+            self._in_code.take_changes(),
+        )
         if self.recorder is None:
             self.forms.extend(forms)
             self._hand_on_frames()

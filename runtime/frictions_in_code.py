@@ -67,7 +67,9 @@ def _groups(system: System, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     groups = np.array([here.ANGLE if unit in ANGLES else names.index(unit) for unit in units], dtype=np.int64)
     records = [*system.parameters, *system.inputs]
     largest = [
-        max((abs(float(x)) for record, x in zip(records, p) if record["unit"] == name), default=0.0) if name else 1.0
+        max((abs(float(x)) for record, x in zip(records, p) if record["unit"] == name), default=0.0)
+        if name
+        else 1.0
         for name in names
     ]
     return groups, np.array(largest)
@@ -110,7 +112,9 @@ class FrictionsInCode:
     def _make(self, free: tuple, held: tuple) -> tuple[here.Frictions, list]:
         system, arrays, closed, layout = self._system, self._arrays, self._system.closed, Layout(self._system)
         addresses, keep = np.zeros(here.N_ADDRESSES, dtype=np.uint64), []
-        named = [(place + k, form, name) for k, form in enumerate((system, closed)) for place, name in _OF_BOTH]
+        named = [
+            (place + k, form, name) for k, form in enumerate((system, closed)) for place, name in _OF_BOTH
+        ]
         named += [(place, system, name) for place, name in _OF_FREE]
         named += [(place, closed, name) for place, name in _OF_HELD]
         for place, form, name in named:

@@ -122,7 +122,8 @@ class LoopArrays:
         self.dense = np.zeros((8, system.ny))
         self._advance = method.advance()
         self._bound: Callable[[], int] | None = None
-        self.generation = self._last_generation = 0  # of the arrays: those of another form, or method, are others
+        self.generation = 0  # of the arrays: those of another form, or method, are others
+        self._last_generation = 0
         self._form = system, method
         self._other_forms: dict[tuple[int, int], tuple] = {}  # by the identities of what they are of
         # For `kept_arrays`: where these are kept, what the last run with them began with, and their `state` then.
@@ -197,7 +198,7 @@ class LoopArrays:
             Log steps behind those of the last call.
         """
         self.set_limits(stop, max_steps, watch, keep_log=keep_log)
-        self._look_for_choices()
+        self.look_for_choices()
         if self._bound is None:
             self._bound = self.block()
         return self._bound()
@@ -406,7 +407,7 @@ class LoopArrays:
         over = method.over_choices if self.jumps else None
         self._over_choices = None if over is None else over(self.coefficients)
 
-    def _look_for_choices(self) -> None:
+    def look_for_choices(self) -> None:
         """Let steps look for choices while a branch is on neither side, as that of a force that is nothing so far."""
         if self._over_choices is None:
             return
@@ -414,6 +415,11 @@ class LoopArrays:
         wanted = self._with_branches if held else self._over_choices
         if wanted is not self.coefficients:
             self.coefficients, self._bound = wanted, None
+
+    @property
+    def looks_for_choices(self) -> bool:
+        """Whether the method's steps look for choices while a branch is on neither side."""
+        return self._over_choices is not None
 
     def with_branches(self, branches: np.ndarray) -> np.ndarray:
         """Return `p` with other branches of forces that jump."""

@@ -383,7 +383,7 @@ def find_moment(k, force, loop, own):
 
     Its accelerations, but for those that are balanced, are written to `slope`.
     """
-    nq, nv, n = loop.sizes[at.NQ], loop.sizes[at.NV], own.part.shape[0]
+    nv, n = loop.sizes[at.NV], own.part.shape[0]
     largest = 0.0
     for j in range(nv):
         largest = max(largest, abs(own.rates[j]))
@@ -428,7 +428,7 @@ def speed_of(j, loop, own):
 
 @jitted
 def find_floor(loop, own):
-    """Write event functions to `g`, and what of them is round-off to `floor`: `event_actions.event_values_and_floor`."""
+    """Write event functions to `g`, what of them is round-off to `floor`: `event_actions.event_values_and_floor`."""
     held, ne, n, t = own.counts[IS_HELD], loop.sizes[at.NE], own.before.shape[0], loop.control[at.T]
     relative = ROUND_OFF * (ON_CONSTRAINTS if held else 1.0)
     dt, events = relative * abs(t), own.addresses[EVENTS + held]
