@@ -362,20 +362,20 @@ class Run(RunState):
             self._in_code.take_changes(),
         )
         if self.recorder is None:
-            self.forms.extend(forms)
+            self.forms.extend(own for own in forms if own is not None)
             self._hand_on_frames()
         else:
             records = self.actions.log[-len(frames) :]
-            for k, (record, frame) in enumerate(zip(records, frames)):
+            for record, frame, own in zip(records, frames, forms):
                 self._hand_on_frames(int(frame))
-                if len(forms):
-                    self._note_form(forms[k])
+                if own is not None:
+                    self._note_form(own)
                 self._report_events([record])
             self._hand_on_frames()
         known = np.searchsorted(frames, np.arange(first, self.handed), side="right")
         self.reset_energy_at_frames[first : self.handed] = np.append(before, sums)[known]
-        if len(forms):
-            self.form_at_frames[first : self.handed] = n_forms - 1 + known
+        since = np.cumsum([0, *(own is not None for own in forms)])
+        self.form_at_frames[first : self.handed] = n_forms - 1 + since[known]
 
     def _hand_on_frames(self, end: int | None = None) -> None:
         """Hand on frames before `end`; by default all that are written."""

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 after_reset = Late("symgen.runtime.constraints.nearest_point")
 switching = Late("symgen.runtime.contact.switching")
 
-_OF_FRICTIONS = ("slip", "stick", "turn")  # as `integrate/plain_frictions.py` numbers them
+_OF_FRICTIONS = ("slip", "stick", "turn", "impact")  # as `integrate/plain_frictions.py` numbers them
 _PERTURBATION = 4.0 * np.finfo(float).eps
 _PROJECTION_NOISE = 4.0  # states on constraints carry the round-off of the projection as well
 _CLEAR = 8.0  # times round-off: a flight that high is surely seen
@@ -202,7 +202,7 @@ class EventLog(Sequence):
         self._n += len(self._parts[-1]) - before
 
     def extend_by_rows(self, system: System, rows: np.ndarray) -> None:
-        """Add events as `integrate/plain_events.py` and `plain_frictions.py` log them; the rows must stay as they are."""
+        """Add events as `integrate/plain_events.py` and `plain_frictions.py` log them; rows must stay as they are."""
         self._parts.append(_Rows(system, rows))
         self._n += len(rows)
 

@@ -148,8 +148,8 @@ class EventsInCode:
         sums = np.append(before + np.cumsum(rows[:-1, here.CHANGE]), actions.energy_of_resets)
         self.changes.append((before, rows[:, here.NEXT_FRAME].astype(int), sums))
 
-    def take_changes(self) -> tuple[float, np.ndarray, np.ndarray, tuple]:
+    def take_changes(self) -> tuple[float, np.ndarray, np.ndarray, list[None]]:
         """Return what resets had added to T + V [J], then from which frames on they had added how much; no settings."""
         changes, self.changes = self.changes, []
         frames, sums = (np.concatenate([c[k] for c in changes]) for k in (1, 2))
-        return changes[0][0], frames, sums, ()
+        return changes[0][0], frames, sums, [None] * len(frames)

@@ -33,10 +33,9 @@ _OF_HELD = (
 
 
 def has_plain_frictions(system: System, method: Method, arrays: LoopArrays) -> bool:
-    """Whether machine code can act on frictions of a run: lines of given size, and nothing but them is ever held."""
+    """Whether machine code can act on frictions of a run: lines of given size, free but for them and stops."""
     return (
-        bool(system.switches)
-        and all(switch["kind"] == "friction" for switch in system.switches)
+        any(switch["kind"] == "friction" for switch in system.switches)
         and not (system.m or system.quaternions or system.jumps or system.input_descriptions)
         and system.nq == system.nv <= _LARGEST
         and not len(Layout(system).circles)
@@ -50,9 +49,16 @@ def has_plain_frictions(system: System, method: Method, arrays: LoopArrays) -> b
 
 
 def _is_let_go_entirely(system: System) -> bool:
-    """Whether frictions are all that the held form can hold, and nothing is left of them where they slide."""
+    """Whether stops and frictions are all that the held form can hold, and nothing is left of them otherwise."""
     held = system.closed
-    if held.dependent or held.nh or list(held.switched) != list(range(held.m)) or not n_weights(held):
+    if held.nh and any(record["unit"] == "" for record in system.coordinates):
+        return False  # how large these are follows from the gaps: `levels.coordinate_sizes`
+    if (
+        held.dependent
+        or held.nh != Layout(system).n_stops
+        or list(held.switched) != list(range(held.m))
+        or not n_weights(held)
+    ):
         return False
     y = np.random.default_rng(20240229).uniform(-1.0, 1.0, system.nq + system.nv)
     p = system.parameter_values()
@@ -92,7 +98,7 @@ class FrictionsInCode:
         self._system, self._method, self._arrays = system, method, arrays
         self._generations: tuple[int, ...] = ()
         self.accumulation = np.nan
-        self.changes: list[tuple[float, np.ndarray, np.ndarray, np.ndarray]] = []
+        self.changes: list[tuple] = []
 
     def _bind(self) -> None:
         system, arrays, method = self._system, self._arrays, self._method
@@ -124,22 +130,24 @@ class FrictionsInCode:
             addresses[here.ADVANCE + k] = looked[1].address
             addresses[here.SETUP + k] = form.setup_address
         addresses[here.ROWS] = closed.kernel("constraint_jacobian").precomputed_address
-        nq, nv, n, ne = system.nq, system.nv, len(layout.stuck), len(system.events)
+        nq, nv, n, ne = system.nq, system.nv, closed.m, len(system.events)
+        n_stops, first = layout.n_stops, system.n_settable
         groups, largest = _groups(system, arrays.p)
         context, weights = held[4]
         own = here.Frictions(
             addresses=addresses, free_block=free[1].block, held_block=held[1].block, result=np.zeros(1),
-            p=arrays.p, everything=arrays.p.copy(), stuck=(system.n_settable + layout.stuck).astype(np.int64),
-            sense=(system.n_settable + layout.sense).astype(np.int64),
+            p=arrays.p, everything=arrays.p.copy(), closed=first + layout.closed, stuck=first + layout.stuck,
+            sense=first + layout.sense,
             counts=np.array([0, 0, self._method.adaptive], dtype=np.int64), sums=np.zeros(1),
             limits=np.array([free[2], held[2]]), groups=groups, largest=largest, context=context, weights=weights,
             steps=np.array(random_steps(nv)), places=quaternion_places(system), position=np.zeros(nq + nv),
             rows=np.zeros(n * nv), squares=np.zeros(n), sizes=largest.copy(),
-            log=np.zeros((_ROWS, here.FIRST_STATE + 2 * (nq + nv) + 2 + 2 * n)),
-            before=np.zeros(nq + nv), moved=np.zeros(nq + nv), slope=np.zeros(nq + nv),
+            log=np.zeros((_ROWS, here.FIRST_STATE + 2 * (nq + nv) + 2 + 2 * (n - n_stops))),
+            lowest=np.full(n_stops, np.inf), before=np.zeros(nq + nv), moved=np.zeros(nq + nv), slope=np.zeros(nq + nv),
             free_row=np.zeros(system.n_row), held_row=np.zeros(closed.n_row),
             values=np.zeros(ne), g=np.zeros(ne), floor=np.zeros(ne), other=np.zeros(ne), energy=np.zeros(2),
-            switches=np.zeros(3 * n), jacobian=np.zeros(n * nv), speeds=np.zeros(n), gamma=np.zeros(n),
+            switches=np.zeros(3 * n - n_stops), jacobian=np.zeros(n * nv), residual=np.zeros(n_stops + n),
+            speeds=np.zeros(n), gamma=np.zeros(n),
             mass=np.zeros(nv * nv), inertia=np.zeros(nv), response=np.zeros((n, nv)), compliance=np.zeros((n, n)),
             rates=np.zeros(nv), change=np.zeros(nv), free=np.zeros(n), part=np.zeros(n, dtype=np.int64),
         )  # fmt: skip
@@ -153,6 +161,7 @@ class FrictionsInCode:
         own = self._own
         own.counts[here.N_LOG], own.counts[here.IS_HELD] = 0, actions.is_held
         own.sums[0] = before = actions.energy_of_resets
+        own.lowest[:] = actions.lowest_gaps
         arrays.set_limits(stop, max_steps, watch)
         status = self._call()
         n = int(own.counts[here.N_LOG])
@@ -163,12 +172,15 @@ class FrictionsInCode:
 
     def _take_over(self, actions: EventActions, rows: np.ndarray, before: float) -> None:
         """Let the actions of Python know what happened."""
+        known = actions.switching.settings
         settings = self._settings(rows)
+        is_new = (settings != np.vstack([known, settings[:-1]])).any(axis=1)
+        actions.lowest_gaps = self._own.lowest.copy()
         actions.log.extend_by_rows(self._system, rows)
         actions.energy_of_resets = float(self._own.sums[0])
         actions.switching.settings = settings[-1]
         sums = np.append(before + np.cumsum(rows[:-1, here.CHANGE]), actions.energy_of_resets)
-        self.changes.append((before, rows[:, here.NEXT_FRAME].astype(int), sums, settings))
+        self.changes.append((before, rows[:, here.NEXT_FRAME].astype(int), sums, settings, is_new))
 
     def _settings(self, rows: np.ndarray) -> np.ndarray:
         """Return the settings of frictions behind each event, shape (n, number of settings)."""
@@ -177,7 +189,12 @@ class FrictionsInCode:
         settings[:, layout.stuck], settings[:, layout.sense] = rows[:, -2 * n : -n], rows[:, -n:]
         return settings
 
-    def take_changes(self) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
-        """Return what events had added to T + V [J], from which frames on they had added how much, and the settings."""
+    def take_changes(self) -> tuple[float, np.ndarray, np.ndarray, list[np.ndarray | None]]:
+        """Return what events had added to T + V [J], from which frames on they had added how much, and new settings.
+
+        None where an event left the settings as they were.
+        """
         changes, self.changes = self.changes, []
-        return changes[0][0], *(np.concatenate([c[k] for c in changes]) for k in (1, 2, 3))
+        frames, sums = (np.concatenate([c[k] for c in changes]) for k in (1, 2))
+        settings = [own if is_new else None for c in changes for own, is_new in zip(c[3], c[4])]
+        return changes[0][0], frames, sums, settings

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symgen.runtime.contact.instant import LIMIT_ROUNDED, BALANCED, UNDECIDED, Instant
+from symgen.runtime.contact.instant import BALANCED, LIMIT_ROUNDED, UNDECIDED, Instant
 
 if TYPE_CHECKING:
     from symgen.runtime.contact.local_dynamics import LocalDynamics

@@ -1,7 +1,8 @@
 """What follows the stick, slip or turn of a friction that is alone, in machine code that goes on in the form after it.
 
 It is what `event_actions.py`, `contact/lone_friction.py` and `LoopArrays.change_form` do of such an event, which take a
-hundred times as long. All else is left to them: stops, events of the model's own, several that are at rest.
+hundred times as long; and what `contact/switching.py` does of an impact on a stop that stays open, while all frictions
+slide. All else is left to them: events of the model's own, stops that stay closed, several that are at rest.
 """
 
 import math
@@ -24,7 +25,9 @@ from symgen.runtime.integrate.plain_events import (
     FIRST_STATE,
     LED,
     NEXT_FRAME,
+    PLAINLY,
     ROUND_OFF,
+    SURELY_SEEN,
     TIME,
     factor,
     sign,
@@ -37,16 +40,16 @@ ADVANCE, EVENTS, RHS, SETUP = range(0, 8, 2)
 ENERGY, MASS, FORCES, SWITCHES, JACOBIAN, RESIDUAL, GAMMA, ROWS = range(8, 16)
 N_ADDRESSES = 16
 N_LOG, IS_HELD, IS_ADAPTIVE = range(3)  # in `counts`
-SLIPS, STICKS, TURNS = range(3)  # what becomes of a friction
+SLIPS, STICKS, TURNS, STRIKES = range(4)  # what becomes of a friction, or a stop
+NOT_KNOWN, GOES_ON, OTHER_SETTINGS = range(3)  # what `act` has done
 # As in `contact/instant.py`, `event_actions.py`.
 UNDECIDED, BALANCED, ROUNDED, LIMIT_ROUNDED, LITTLE = 1e-9, 1e-6, 1e-13, 1e-10, 1e-7
-BEGINNING = 32.0 * EPS
 ON_CONSTRAINTS = 4.0  # times round-off: `event_actions._PROJECTION_NOISE`
 ANGLE = -1  # in `groups`: a coordinate whose size is 1
 
 
 class Frictions(NamedTuple):
-    """What acting on frictions takes, of n frictions and NE events.
+    """What acting on frictions takes, of s stops, k frictions, n of both, and NE events.
 
     Attributes
     ----------
@@ -55,7 +58,7 @@ class Frictions(NamedTuple):
         Of the step loops' `CallBlock`.
     p, everything : ndarray, shape (n_p,)
         Parameters with the settings of frictions; scratch for the same with all of them stuck.
-    stuck, sense : ndarray of int64, shape (n,)
+    closed, stuck, sense : ndarray of int64, shapes (s,), (k,), (k,)
         Places of these settings.
     counts : ndarray of int64, shape (3,)
     sums : ndarray, shape (1,)
@@ -67,14 +70,16 @@ class Frictions(NamedTuple):
     context, weights, steps, places : ndarray
         Of the guard of the held form, and what its weights are found with.
     position, rows, squares, sizes : ndarray, shapes (nq + nv,), (n * nv,), (n,), (number of groups,)
-    log : ndarray, shape (rows, FIRST_STATE + 2 (nq + nv) + 2 + 2 n)
+    lowest : ndarray, shape (s,)
+        The least gap of each stop at the ends of steps.
+    log : ndarray, shape (rows, FIRST_STATE + 2 (nq + nv) + 2 + 2 k)
         As that of `plain_events`; behind it what became of the friction, work, which ones stick, and senses.
     before, moved, slope : ndarray, shape (nq + nv,)
     free_row, held_row : ndarray
         Of `rhs`.
     values, g, floor, other : ndarray, shape (NE,)
-    energy, switches : ndarray, shapes (2,), (3 n,)
-    jacobian, speeds, gamma : ndarray, shapes (n * nv,), (n,), (n,)
+    energy, switches : ndarray, shapes (2,), (2 s + 3 k,)
+    jacobian, residual, speeds, gamma : ndarray, shapes (n * nv,), (s + n,), (n,), (n,)
     mass, inertia, response, compliance : ndarray, shapes (nv * nv,), (nv,), (n, nv), (n, n)
     rates, change, free : ndarray, shapes (nv,), (nv,), (n,)
     part : ndarray of int64, shape (n,)
@@ -86,6 +91,7 @@ class Frictions(NamedTuple):
     result: np.ndarray
     p: np.ndarray
     everything: np.ndarray
+    closed: np.ndarray
     stuck: np.ndarray
     sense: np.ndarray
     counts: np.ndarray
@@ -101,6 +107,7 @@ class Frictions(NamedTuple):
     rows: np.ndarray
     squares: np.ndarray
     sizes: np.ndarray
+    lowest: np.ndarray
     log: np.ndarray
     before: np.ndarray
     moved: np.ndarray
@@ -114,6 +121,7 @@ class Frictions(NamedTuple):
     energy: np.ndarray
     switches: np.ndarray
     jacobian: np.ndarray
+    residual: np.ndarray
     speeds: np.ndarray
     gamma: np.ndarray
     mass: np.ndarray
@@ -142,13 +150,18 @@ def advance_over_frictions(free, held, own):
         else:
             call_kernel(own.addresses[ADVANCE], 0.0, own.free_block, own.free_block, own.result)
         status = int(own.result[0])
-        if status != at.EVENT or not act(free, own):
+        if status != at.EVENT:
             return status
-        if own.counts[IS_HELD]:
-            take_form(held, 1, own)
-            expect(held, own)
-        else:
-            take_form(free, 0, own)
+        done = act(free, own)
+        if done == NOT_KNOWN:
+            return status
+        restart(free, own)
+        if done == OTHER_SETTINGS:
+            if own.counts[IS_HELD]:
+                take_form(held, 1, own)
+                expect(held, own)
+            else:
+                take_form(free, 0, own)
         free.counters[at.MAX_STEPS_PER_CALL] = last - free.counters[at.STEPS]
         full = free.counters[at.N_LOGGED_STEPS] >= free.step_log.shape[0]
         if free.counters[at.MAX_STEPS_PER_CALL] < 1 or full or own.counts[N_LOG] >= own.log.shape[0]:
@@ -157,54 +170,89 @@ def advance_over_frictions(free, held, own):
 
 @jitted
 def act(loop, own):
-    """Act on the event at which a step loop has returned; whether that is known here."""
-    ne, n, nv = loop.sizes[at.NE], own.stuck.shape[0], loop.sizes[at.NV]
-    nq = loop.sizes[at.NQ]
+    """Act on the event at which a step loop has returned; returns whether that is known here, and changes settings."""
+    ne, n_stops, n, nq, nv = (
+        loop.sizes[at.NE],
+        own.closed.shape[0],
+        own.stuck.shape[0],
+        loop.sizes[at.NQ],
+        loop.sizes[at.NV],
+    )
     event = -1
     for e in range(ne):
         if loop.control[at.N_CONTROL + at.FIRED * ne + e] == 1.0:
             if event >= 0:
-                return False
+                return NOT_KNOWN
             event = e
-    k = event - (ne - n)
-    if k < 0 or own.counts[N_LOG] >= own.log.shape[0]:
-        return False
+    i = event - (ne - n_stops - n)
+    if i < 0 or own.counts[N_LOG] >= own.log.shape[0] or not others_are_free(i - n_stops, loop, own):
+        return NOT_KNOWN
+    t = loop.control[at.T]
+    copy(loop.y[: nq + nv], own.before)
+    call_kernel(own.addresses[EVENTS + own.counts[IS_HELD]], t, loop.y, own.p, own.values)
+    energy = total_energy(loop, own)
+    row = own.log[own.counts[N_LOG]]
+    behind = row[FIRST_STATE + 2 * (nq + nv) :]
+    kept = behind[2:]
+    write_settings(kept, own)
+    is_known = strike(i, loop, own) if i < n_stops else settle(i - n_stops, loop, own)
+    if not is_known or not all_finite(loop.y, nq + nv):
+        copy(own.before, loop.y)
+        for j in range(n):
+            own.p[own.stuck[j]], own.p[own.sense[j]] = kept[j], kept[n + j]
+        return NOT_KNOWN
+    was_stuck = sticks = changed = False
+    for j in range(n):
+        was_stuck |= kept[j] != 0.0
+        sticks |= own.p[own.stuck[j]] != 0.0
+        changed |= kept[j] != own.p[own.stuck[j]] or kept[n + j] != own.p[own.sense[j]]
+    note_gaps(loop, own)
+    own.counts[IS_HELD] = 1 if sticks else 0
+    change = total_energy(loop, own) - energy
+    row[EVENT], row[TIME], row[CHANGE], row[NEXT_FRAME] = event, t, change, loop.counters[at.NEXT_FRAME]
+    copy(own.before, row[FIRST_STATE : FIRST_STATE + nq + nv])
+    copy(loop.y[: nq + nv], row[FIRST_STATE + nq + nv :])
+    behind[0] = STRIKES if i < n_stops else SLIPS if was_stuck else STICKS if sticks else TURNS
+    behind[1] = loop.y[nq + nv] + own.sums[0] if loop.sizes[at.NW] > 0 else math.nan
+    write_settings(kept, own)
+    own.counts[N_LOG] += 1
+    own.sums[0] += change
+    arm(event if not (was_stuck or sticks) else -1, loop, own)
+    return OTHER_SETTINGS if changed else GOES_ON
+
+
+@jitted
+def others_are_free(k, loop, own):
+    """Whether all stops are open and no friction is held but perhaps one."""
+    ne, n = loop.sizes[at.NE], own.stuck.shape[0]
+    for i in range(own.closed.shape[0]):
+        if own.p[own.closed[i]] != 0.0:
+            return False
     for j in range(n):
         if math.isinf(loop.control[at.N_CONTROL + at.BAND * ne + ne - n + j]):
             return False  # it rests since others hold it
         if j != k and own.p[own.stuck[j]] != 0.0:
             return False
-    t, was_stuck = loop.control[at.T], own.p[own.stuck[k]] != 0.0
-    copy(loop.y[: nq + nv], own.before)
-    call_kernel(own.addresses[EVENTS + own.counts[IS_HELD]], t, loop.y, own.p, own.values)
-    energy = total_energy(loop, own)
-    row = own.log[own.counts[N_LOG]]
-    kept = row[FIRST_STATE + 2 * (nq + nv) + 2 :]
+    return True
+
+
+@jitted
+def write_settings(values, own):
+    """Write which frictions stick, then in which directions they slide."""
+    n = own.stuck.shape[0]
     for j in range(n):
-        kept[j], kept[n + j] = own.p[own.stuck[j]], own.p[own.sense[j]]
-    if not settle(k, loop, own):
-        copy(own.before, loop.y)
-        for j in range(n):
-            own.p[own.stuck[j]], own.p[own.sense[j]] = kept[j], kept[n + j]
-        return False
-    sticks = own.p[own.stuck[k]] != 0.0
-    own.counts[IS_HELD] = 1 if sticks else 0
-    first = at.N_CONTROL + at.LOWEST * ne
+        values[j], values[n + j] = own.p[own.stuck[j]], own.p[own.sense[j]]
+
+
+@jitted
+def note_gaps(loop, own):
+    """Take note of how low gaps have been since the last time."""
+    ne, n_stops = loop.sizes[at.NE], own.closed.shape[0]
+    first, n_own = at.N_CONTROL + at.LOWEST * ne, ne - n_stops - own.stuck.shape[0]
+    for i in range(n_stops):
+        own.lowest[i] = min(own.lowest[i], loop.control[first + n_own + i])
     for e in range(ne):
         loop.control[first + e] = math.inf
-    change = total_energy(loop, own) - energy
-    row[EVENT], row[TIME], row[CHANGE], row[NEXT_FRAME] = event, t, change, loop.counters[at.NEXT_FRAME]
-    copy(own.before, row[FIRST_STATE : FIRST_STATE + nq + nv])
-    copy(loop.y[: nq + nv], row[FIRST_STATE + nq + nv :])
-    behind = row[FIRST_STATE + 2 * (nq + nv) :]
-    behind[0] = SLIPS if was_stuck else STICKS if sticks else TURNS
-    behind[1] = loop.y[nq + nv] + own.sums[0] if loop.sizes[at.NW] > 0 else math.nan
-    for j in range(n):
-        kept[j], kept[n + j] = own.p[own.stuck[j]], own.p[own.sense[j]]
-    own.counts[N_LOG] += 1
-    own.sums[0] += change
-    arm(event if not (was_stuck or sticks) else -1, loop, own)
-    return True
 
 
 @jitted
@@ -220,22 +268,19 @@ def settle(k, loop, own):
 
     Whether something becomes of it that follows from it alone, and changes the settings.
     """
-    nq, nv, n = loop.sizes[at.NQ], loop.sizes[at.NV], own.stuck.shape[0]
-    was_stuck, sense = own.p[own.stuck[k]] != 0.0, own.p[own.sense[k]]
+    nq, nv, n_stops = loop.sizes[at.NQ], loop.sizes[at.NV], own.closed.shape[0]
+    i, was_stuck, sense = n_stops + k, own.p[own.stuck[k]] != 0.0, own.p[own.sense[k]]
     find_rows(loop.control[at.T], loop.y, own)
-    for j in range(n):
-        if j != k:
-            if not abs(own.speeds[j]) > slow(j, loop, own):
-                return False
-            own.p[own.sense[j]] = sign(own.speeds[j])
+    if not are_open(-1, loop, own) or not slide(k, loop, own):
+        return False
     own.p[own.stuck[k]] = own.p[own.sense[k]] = 0.0
     if not find_dynamics(loop.control[at.T], loop.y, nv, own):
         return False
-    if not own.compliance[k, k] > LED * alone(k, nv, own):
+    if not own.compliance[i, i] > LED * alone(i, nv, own):
         return False
-    speed, compliance = own.speeds[k], own.compliance[k, k]
+    speed, compliance = own.speeds[i], own.compliance[i, i]
     for j in range(nv):
-        own.change[j] = own.response[k, j]
+        own.change[j] = own.response[i, j]
     onset = onset_of(k, loop, own)
     if not math.isfinite(onset):
         return False
@@ -246,25 +291,95 @@ def settle(k, loop, own):
         for j in range(nv):
             loop.y[nq + j] += own.change[j] * -(speed * (1.0 / compliance))
         call_kernel(own.addresses[EVENTS + 1], loop.control[at.T], loop.y, own.p, own.other)
-        return all_finite(own.other, own.other.shape[0]) and all_finite(loop.y, nq + nv)
+        return all_finite(own.other, own.other.shape[0])
     own.p[own.sense[k]] = onset
     return was_stuck or onset != sense
 
 
 @jitted
+def are_open(but, loop, own):
+    """Whether all gaps but one are more than what tolerances leave open."""
+    n_stops = own.closed.shape[0]
+    if n_stops == 0:
+        return True
+    call_kernel(own.addresses[SWITCHES], loop.control[at.T], loop.y, own.p, own.switches)
+    for i in range(n_stops):
+        if i != but and not own.switches[2 * i] > gap_tolerance(i, loop, own):
+            return False
+    return True
+
+
+@jitted
+def slide(but, loop, own):
+    """Let all frictions but one slide as they do, if all of them do clearly; whether they do."""
+    n_stops = own.closed.shape[0]
+    for j in range(own.stuck.shape[0]):
+        if j != but:
+            if not abs(own.speeds[n_stops + j]) > slow(n_stops + j, loop, own):
+                return False
+            own.p[own.sense[j]] = sign(own.speeds[n_stops + j])
+    return True
+
+
+@jitted
+def strike(i, loop, own):
+    """Change the rates by an impact on a stop, if that is all that happens; whether it was: `plain_events.strike`.
+
+    Frictions of given size are bounded forces, and take no part.
+    """
+    nq, nv, t = loop.sizes[at.NQ], loop.sizes[at.NV], loop.control[at.T]
+    if own.counts[IS_HELD] or not find_dynamics(t, loop.y, nv, own) or not are_open(i, loop, own):
+        return False
+    closing, restitution = own.speeds[i], own.switches[2 * i + 1]
+    if not (closing < 0.0 and 0.0 < restitution <= 1.0) or not own.compliance[i, i] > LED * alone(i, nv, own):
+        return False
+    impulse = -(1.0 + restitution) * closing / own.compliance[i, i]
+    for j in range(nv):
+        loop.y[nq + j] += own.response[i, j] * impulse
+    find_rows(t, loop.y, own)
+    if not slide(-1, loop, own) or not find_dynamics(t, loop.y, nv, own):
+        return False
+    # Whether it opens so far that the run sees it: `Holding._landed`.
+    free, speed = own.free[i], own.speeds[i]
+    if not speed > slow(i, loop, own):
+        return False
+    if free >= 0.0:
+        return True  # nothing presses it shut
+    flight = speed * speed
+    return flight + 2.0 * free * gap_tolerance(i, loop, own) > PLAINLY * flight
+
+
+@jitted
+def gap_tolerance(i, loop, own):
+    """Return how much of a gap the tolerances of the run leave open: `Instant._gap_tolerances`."""
+    nv, rows, size = loop.sizes[at.NV], 0.0, 1.0
+    for j in range(nv):
+        entry = abs(own.jacobian[i * nv + j])
+        rows += entry
+        if entry > 0.0:
+            size = max(size, abs(loop.y[j]))
+    allowed = rows * (loop.control[at.ATOL] + loop.control[at.RTOL] * size)
+    return max(allowed, SURELY_SEEN * EPS * rows * size)
+
+
+@jitted
 def find_rows(t, y, own):
-    """Write the rows of the frictions and their speeds to `jacobian` and `speeds`."""
+    """Write the rows of stops and frictions and their speeds to `jacobian` and `speeds`."""
+    n_stops = own.closed.shape[0]
     copy(own.p, own.everything)
+    for i in range(n_stops):
+        own.everything[own.closed[i]] = 1.0
     for j in range(own.stuck.shape[0]):
         own.everything[own.stuck[j]] = 1.0
     call_kernel(own.addresses[JACOBIAN], t, y, own.everything, own.jacobian)
-    call_kernel(own.addresses[RESIDUAL], t, y, own.everything, own.speeds)
+    call_kernel(own.addresses[RESIDUAL], t, y, own.everything, own.residual)
+    copy(own.residual[n_stops:], own.speeds)
 
 
 @jitted
 def find_dynamics(t, y, nv, own):
     """Write what `LocalDynamics` knows at a state to the arrays; whether all of it is finite."""
-    n = own.stuck.shape[0]
+    n = own.speeds.shape[0]
     find_rows(t, y, own)
     for i in range(nv * nv):
         own.mass[i] = 0.0  # structural zeros are not written, and factors fill them
@@ -318,24 +433,25 @@ def slow(k, loop, own):
 @jitted
 def onset_of(k, loop, own):
     """Return in which direction a friction begins to slide, 0 where it sticks: `LoneFriction._onset`."""
-    free, compliance = own.free[k], own.compliance[k, k]
+    i = own.closed.shape[0] + k
+    free, compliance = own.free[i], own.compliance[i, i]
     most = level(k, loop.control[at.T], loop.y, own)
     force = min(max(-free / compliance, -most), most)
     pull = free + compliance * force
-    small = UNDECIDED * largest_free(k, own)
+    small = UNDECIDED * largest_free(i, own)
     balanced = BALANCED * (abs(free) + compliance * (abs(force) + most))
     if abs(pull) <= max(small, balanced) and abs(force) < (1.0 - 2.0 * LIMIT_ROUNDED) * most:
         return 0.0
     if abs(pull) <= small:  # at its limit, which it may be about to leave on either side
-        ahead = LITTLE * find_moment(k, force, loop, own)
+        ahead = LITTLE * find_moment(i, force, loop, own)
         nq, nv, t = loop.sizes[at.NQ], loop.sizes[at.NV], loop.control[at.T] + ahead
         for j in range(nv):
             own.moved[j] = loop.y[j] + ahead * loop.y[nq + j]
             own.moved[nq + j] = loop.y[nq + j] + ahead * own.slope[j]
-        if not find_dynamics(t, own.moved, nv, own) or not own.compliance[k, k] > 0.0:
+        if not find_dynamics(t, own.moved, nv, own) or not own.compliance[i, i] > 0.0:
             return math.nan
         most = level(k, t, own.moved, own)
-        force = min(max(-own.free[k] / own.compliance[k, k], -most), most)
+        force = min(max(-own.free[i] / own.compliance[i, i], -most), most)
         if abs(force) < (1.0 - 2.0 * LIMIT_ROUNDED) * most:
             return 0.0
     return -sign(force) if force != 0.0 else sign(pull)
@@ -345,7 +461,7 @@ def onset_of(k, loop, own):
 def level(k, t, y, own):
     """Return how large a friction can be that sticks."""
     call_kernel(own.addresses[SWITCHES], t, y, own.p, own.switches)
-    return max(own.switches[3 * k + 2], 0.0)
+    return max(own.switches[2 * own.closed.shape[0] + 3 * k + 2], 0.0)
 
 
 @jitted
@@ -466,42 +582,44 @@ def add_change(own):
 
 
 @jitted
-def past(value, floor, loop):
-    """Return by how much a function that has fired is past zero: `event_actions.past_event`."""
-    begins = loop.control[at.H_LAST] <= BEGINNING * abs(loop.control[at.T])
-    return 0.0 if begins and abs(value) > CLEAR * floor else abs(value)
-
-
-@jitted
-def arm(turned, loop, own):
+def arm(moved, loop, own):
     """Set on which side of zero the event functions are: `event_actions.arm_events`.
 
     Parameters
     ----------
-    turned : int
+    moved : int
         The event that has fired, if its function is the same as before; else -1.
     """
-    ne, n = loop.sizes[at.NE], own.stuck.shape[0]
+    ne, n_stops, n = loop.sizes[at.NE], own.closed.shape[0], own.speeds.shape[0]
     find_floor(loop, own)
     find_rows(loop.control[at.T], loop.y, own)
     for e in range(ne):
         side_at = at.N_CONTROL + at.SIDE * ne + e
-        g, floor, lean, k = own.g[e], own.floor[e], sign(loop.control[side_at]), e - (ne - n)
+        g, floor, lean, i = own.g[e], own.floor[e], sign(loop.control[side_at]), e - (ne - n)
         if abs(own.values[e]) > CLEAR * floor:
             lean = 0.0
         band = floor
-        if e == turned:
-            band += min(past(g, floor, loop), past(own.values[e], floor, loop))
-        if k >= 0 and own.p[own.stuck[k]] == 0.0:
-            width = slow(k, loop, own)
+        if 0 <= i and (i < n_stops or own.p[own.stuck[i - n_stops]] == 0.0):
             lean = 1.0
             sunk = max(0.0, -g)
-            if e == turned:
+            if e == moved:
                 sunk *= 2.0  # what sinks although its rates rise fires a few times, not for ever
-            band = max(floor, 0.0 if abs(own.speeds[k]) > width else width) + sunk
+            width = 0.0
+            if not abs(own.speeds[i]) > slow(i, loop, own):
+                width = gap_tolerance(i, loop, own) if i < n_stops else slow(i, loop, own)
+            band = max(floor, width) + sunk
         loop.control[at.N_CONTROL + at.FLOOR * ne + e] = floor
         loop.control[at.N_CONTROL + at.BAND * ne + e] = band
         loop.control[side_at] = sign(g) if abs(g) > band else at.LEANING * lean
+
+
+@jitted
+def restart(loop, own):
+    """Let the loop forget what no longer holds: `LoopArrays.restart`, and choose its step anew."""
+    loop.counters[at.F_VALID] = loop.counters[at.LAST_REJECTED] = 0
+    loop.control[at.ERROR_OLD] = 1e-4
+    if own.counts[IS_ADAPTIVE]:
+        loop.control[at.H] = 0.0
 
 
 @jitted
@@ -517,17 +635,13 @@ def take_form(loop, form, own):
         loop.work[i] = 0.0
     for i in range(at.FAMILY_COUNTERS, at.N_COUNTERS):
         loop.counters[i] = 0
-    loop.counters[at.F_VALID] = loop.counters[at.LAST_REJECTED] = 0
-    loop.control[at.ERROR_OLD] = 1e-4
-    if own.counts[IS_ADAPTIVE]:
-        loop.control[at.H] = 0.0
     loop.control[at.H_BASE], loop.control[at.H_SHARE] = own.limits[form, 0], own.limits[form, 1]
 
 
 @jitted
 def expect(loop, own):
     """Tell the guard how large rows of G are near here: `kkt.Lease.expect`."""
-    nq, nv, n = loop.sizes[at.NQ], loop.sizes[at.NV], own.stuck.shape[0]
+    nq, nv, n_stops, n = loop.sizes[at.NQ], loop.sizes[at.NV], own.closed.shape[0], own.speeds.shape[0]
     copy(own.largest, own.sizes)
     for j in range(nv):
         if own.groups[j] != ANGLE:
@@ -542,7 +656,8 @@ def expect(loop, own):
     )  # fmt: skip
     smallest, scale = math.inf, math.inf
     for i in range(n):  # off, its row of zeros says nothing
-        smallest = min(smallest, own.squares[i] + (1.0 - own.p[own.stuck[i]]))
+        on = own.p[own.closed[i]] if i < n_stops else own.p[own.stuck[i - n_stops]]
+        smallest = min(smallest, own.squares[i] + (1.0 - on))
         scale = min(scale, own.weights[n * nv + i])
     own.context[USUAL_RANK] = own.context[ILL_CONDITIONED] = 0
     own.context[NEAR_SINGULAR] = 1 if smallest < NEAR_LIMIT else 0
