@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 runtime_checkpoint = Late("symgen.runtime.checkpoint")
 events_in_code = Late("symgen.runtime.events_in_code")
+frictions_in_code = Late("symgen.runtime.frictions_in_code")
+jumps_in_code = Late("symgen.runtime.jumps_in_code")
 
 _FRAMES_AT_ONCE = 1000
 _FIRST_STEPS = 200
@@ -48,10 +50,20 @@ class Run(RunState):
         super().__init__(*arguments, **options)
         if self.timetable is not None:
             self.arrays.limit_longest(self.timetable.longest(self.arrays.t))
-        self._in_code = None
-        keeps_to_times = self.inputs is not None or self.timetable is not None
-        if self.arrays.n_events and not keeps_to_times and events_in_code.has_plain_events(self.system):
-            self._in_code = events_in_code.EventsInCode(self.system, self.method, self.arrays)
+        self._in_code = self._acts_in_code()
+
+    def _acts_in_code(self) -> Any:
+        """Return what acts on plain events in machine code, None where nothing does."""
+        if not self.arrays.n_events or self.inputs is not None or self.timetable is not None:
+            return None
+        given = self.system, self.method, self.arrays
+        if events_in_code.has_plain_events(self.system):
+            return events_in_code.EventsInCode(*given)
+        if jumps_in_code.has_plain_jumps(self.system, self.arrays):
+            return jumps_in_code.JumpsInCode(*given)
+        if frictions_in_code.has_plain_frictions(*given):
+            return frictions_in_code.FrictionsInCode(*given)
+        return None
 
     def go(self) -> None:
         """Run to the end, to a terminating event, to a failure, or until Ctrl-C."""
@@ -211,7 +223,9 @@ class Run(RunState):
         self.notes.append(
             f"method auto: {self.method.name} from t = {self.arrays.t:.9g} s on, where {before.name} cannot go on"
         )
-        self.arrays.change_method(self.system, self.method)
+        self.arrays.change_method(self.actions.form, self.method)
+        self.arrays.limit_steps(self.method, held=self.actions.is_held)
+        self._in_code = self._acts_in_code()
 
     def _allowed(self, n_steps: int) -> int:
         if self.max_steps is None:
@@ -239,7 +253,7 @@ class Run(RunState):
         """Advance to `stop` [s], by `n_steps` at most; returns the status of the loop."""
         wanted = self.stops[0]
         watch = wanted if wanted < stop else np.inf
-        if self._in_code is not None and not self.actions.is_held:
+        if self._in_code is not None and (self._in_code.in_both_forms or not self.actions.is_held):
             status = self._in_code.advance(self.actions, stop, n_steps, watch)
         else:
             status = self.arrays.advance(stop, n_steps, watch=watch, keep_log=keep_log)
@@ -342,17 +356,26 @@ class Run(RunState):
 
     def _hand_on_events(self) -> None:
         """Hand on frames, and report between them the events that machine code has acted on, in their order."""
-        first, (before, frames, sums) = self.handed, self._in_code.take_changes()
+        first, n_forms, (before, frames, sums, forms) = (
+            self.handed,
+            len(self.forms),
+            self._in_code.take_changes(),
+        )
         if self.recorder is None:
+            self.forms.extend(own for own in forms if own is not None)
             self._hand_on_frames()
         else:
             records = self.actions.log[-len(frames) :]
-            for record, frame in zip(records, frames):
+            for record, frame, own in zip(records, frames, forms):
                 self._hand_on_frames(int(frame))
+                if own is not None:
+                    self._note_form(own)
                 self._report_events([record])
             self._hand_on_frames()
         known = np.searchsorted(frames, np.arange(first, self.handed), side="right")
         self.reset_energy_at_frames[first : self.handed] = np.append(before, sums)[known]
+        since = np.cumsum([0, *(own is not None for own in forms)])
+        self.form_at_frames[first : self.handed] = n_forms - 1 + since[known]
 
     def _hand_on_frames(self, end: int | None = None) -> None:
         """Hand on frames before `end`; by default all that are written."""
@@ -421,13 +444,17 @@ class Run(RunState):
         settings = switching.settings
         if self.forms and np.array_equal(settings, self.forms[-1]):
             return
-        self.forms.append(settings)
-        if hasattr(self.recorder, "settings"):
-            self.recorder.settings(settings)
+        self._note_form(settings)
         self.arrays.p[self.system.settings_of_switches] = settings
         self.arrays.change_form(self.actions.form, self.method, held=switching.any_held)
         if self.inputs is not None:
             self.inputs.take_new_arrays(self.actions.form, self.arrays.t)
+
+    def _note_form(self, settings: np.ndarray) -> None:
+        """Take note of other settings of stops and frictions."""
+        self.forms.append(settings)
+        if hasattr(self.recorder, "settings"):
+            self.recorder.settings(settings)
 
     def _report_events(self, records: list[EventRecord]) -> None:
         if self.recorder is not None:

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 after_reset = Late("symgen.runtime.constraints.nearest_point")
 switching = Late("symgen.runtime.contact.switching")
 
+_OF_FRICTIONS = ("slip", "stick", "turn", "impact")  # as `integrate/plain_frictions.py` numbers them
 _PERTURBATION = 4.0 * np.finfo(float).eps
 _PROJECTION_NOISE = 4.0  # states on constraints carry the round-off of the projection as well
 _CLEAR = 8.0  # times round-off: a flight that high is surely seen
@@ -201,7 +202,7 @@ class EventLog(Sequence):
         self._n += len(self._parts[-1]) - before
 
     def extend_by_rows(self, system: System, rows: np.ndarray) -> None:
-        """Add events as `integrate/plain_events.py` logs them; the rows must not be changed any more."""
+        """Add events as `integrate/plain_events.py` and `plain_frictions.py` log them; rows must stay as they are."""
         self._parts.append(_Rows(system, rows))
         self._n += len(rows)
 
@@ -276,10 +277,13 @@ class _Rows(Sequence):
         row, nq, n = self._rows[k], self._nq, self._n
         name, action = self._kinds[int(row[plain_events.EVENT])]
         before = row[plain_events.FIRST_STATE : plain_events.FIRST_STATE + n]
-        after = row[plain_events.FIRST_STATE + n :]
+        after = row[plain_events.FIRST_STATE + n : plain_events.FIRST_STATE + 2 * n]
+        work, behind = math.nan, row[plain_events.FIRST_STATE + 2 * n :]
+        if len(behind):  # of a friction
+            action, work = _OF_FRICTIONS[int(behind[0])], float(behind[1])
         return EventRecord(
             name, action, float(row[plain_events.TIME]), before[:nq], before[nq:], after[:nq], after[nq:],
-            float(row[plain_events.CHANGE]),
+            float(row[plain_events.CHANGE]), work,
         )  # fmt: skip
 
 

@@ -96,6 +96,8 @@ class EventsInCode:
     arrays : LoopArrays
     """
 
+    in_both_forms = False  # what is held is for Python
+
     def __init__(self, system: System, method: Method, arrays: LoopArrays):
         self._system, self._method, self._arrays = system, method, arrays
         self._generation = -1
@@ -146,7 +148,8 @@ class EventsInCode:
         sums = np.append(before + np.cumsum(rows[:-1, here.CHANGE]), actions.energy_of_resets)
         self.changes.append((before, rows[:, here.NEXT_FRAME].astype(int), sums))
 
-    def take_changes(self) -> tuple[float, np.ndarray, np.ndarray]:
-        """Return what resets had added to T + V [J], then from which frames on they had added how much."""
+    def take_changes(self) -> tuple[float, np.ndarray, np.ndarray, list[None]]:
+        """Return what resets had added to T + V [J], then from which frames on they had added how much; no settings."""
         changes, self.changes = self.changes, []
-        return changes[0][0], np.concatenate([c[1] for c in changes]), np.concatenate([c[2] for c in changes])
+        frames, sums = (np.concatenate([c[k] for c in changes]) for k in (1, 2))
+        return changes[0][0], frames, sums, [None] * len(frames)

@@ -31,6 +31,11 @@ call_blocks = Late("symgen.runtime.code.call_block")
 
 _CARRIED = ("control", "counters", "y", "f", "work", "dense", "tail")  # from step to step
 _STEPS_ASIDE = 256
+# What another form of the model has others of: a run goes to and fro between two of them at each stick and slip.
+_OF_FORM = (
+    "sizes", "f", "work", "coefficients", "_with_branches", "_over_choices", "addresses", "_keep", "_advance",
+    "branches", "precomputed", "_n_tail", "_bound", "generation",
+)  # fmt: skip
 DIRECTIONS = {"rising": 1, "falling": -1, "both": 0}
 NO_DIRECTION = 2  # of an event that is not looked for
 _SHORTEST_STEP = 1e-150  # [s]: squares of the steps must not underflow
@@ -118,6 +123,9 @@ class LoopArrays:
         self._advance = method.advance()
         self._bound: Callable[[], int] | None = None
         self.generation = 0  # of the arrays: those of another form, or method, are others
+        self._last_generation = 0
+        self._form = system, method
+        self._other_forms: dict[tuple[int, int], tuple] = {}  # by the identities of what they are of
         # For `kept_arrays`: where these are kept, what the last run with them began with, and their `state` then.
         self.home: deque[LoopArrays] | None = None
         self.opening: object = None
@@ -166,9 +174,7 @@ class LoopArrays:
         """
         method = suited_to_size(method, system)
         self.p[:] = p
-        self.precomputed[: system.n_precomputed] = system.precomputed(self.p)
-        if self._n_tail:
-            self.tail[:] = method.tail(system)
+        self._work_out(system, method)
         self.counters[:] = 0
         self.y[: len(state)], self.y[len(state) :] = state, 0.0
         for array in (self.f, self.work, self.dense):
@@ -192,7 +198,7 @@ class LoopArrays:
             Log steps behind those of the last call.
         """
         self.set_limits(stop, max_steps, watch, keep_log=keep_log)
-        self._look_for_choices()
+        self.look_for_choices()
         if self._bound is None:
             self._bound = self.block()
         return self._bound()
@@ -300,7 +306,8 @@ class LoopArrays:
         method = suited_to_size(method, system)
         self._take_coefficients(system, method)
         self._take_kernels(system, method)
-        self._bound, self.generation = None, self.generation + 1
+        self._last_generation += 1
+        self._bound, self.generation, self._form = None, self._last_generation, (system, method)
         self.work = np.zeros(method.work_size(self.coefficients, self.sizes))
         self._advance = method.advance()
         self.counters[at.FAMILY_COUNTERS :] = 0
@@ -318,15 +325,68 @@ class LoopArrays:
             A stop is closed, or a friction sticks.
         """
         least, step = self.control[at.MIN_PIVOT_RATIO], self.control[at.H]
-        self.sizes = self._loop_sizes(system)
-        self.f = np.zeros(system.n_row)
-        self._prepare(system, method)
-        self._bound = None
-        self.change_method(system, method)
+        if not self._take_form_again(system, method):
+            self.sizes = self._loop_sizes(system)
+            self.f = np.zeros(system.n_row)
+            self._prepare(system, method)
+            self.change_method(system, method)
         self.control[at.MIN_PIVOT_RATIO] = least
         self.limit_steps(method, held=held)
         if not method.adaptive:
             self.control[at.H] = step
+
+    def adopt(self, system: System, method: Method) -> bool:
+        """Take up the arrays of a form that the run has had before, as they were left; whether it had."""
+        method = suited_to_size(method, system)
+        if system is self._form[0] and method is self._form[1]:
+            return True
+        self._other_forms[id(self._form[0]), id(self._form[1])] = (
+            self._form, *(getattr(self, name) for name in _OF_FORM),
+        )  # fmt: skip
+        known = self._other_forms.pop((id(system), id(method)), None)
+        if known is None:
+            return False
+        self._form = known[0]
+        for name, value in zip(_OF_FORM, known[1:]):
+            setattr(self, name, value)
+        return True
+
+    def visit(self, system: System, method: Method, *, held: bool, look: Callable[[], Any]) -> Any:
+        """Return what `look` finds where the run is in a given form, and come back with all as it was."""
+        own, kept = self._form, (self.control.copy(), self.counters.copy())
+        if not self.adopt(system, method):
+            self.change_form(system, method, held=held)
+        else:
+            self.limit_steps(self._form[1], held=held)
+        found = look()
+        self.adopt(*own)
+        self.control[:], self.counters[:] = kept
+        return found
+
+    def _take_form_again(self, system: System, method: Method) -> bool:
+        """Go on with the arrays of a form that the run has had before, as with new ones; whether it had."""
+        if system.input_descriptions:
+            return False  # what is worked out of `p` has pieces of inputs over time in it
+        if not self.adopt(system, method):
+            return False
+        self._work_out(system, self._form[1])
+        self.f[:] = self.work[:] = 0.0
+        self.counters[at.FAMILY_COUNTERS :] = 0
+        self.restart(state_changed=True)
+        self.choose_step_anew()
+        if system.m:
+            self._keep[0].forget()
+        self._prepare_guard(system)
+        return True
+
+    def _work_out(self, system: System, method: Method) -> None:
+        """Work out in place what follows from `p`, and what the method carries behind it."""
+        if self.precomputed is not self.p:
+            self.precomputed[: system.n_precomputed] = system.precomputed(self.p)
+        if self.jumps:
+            self.take_branches()
+        if self._n_tail:
+            self.tail[:] = method.tail(system)
 
     def _loop_sizes(self, system: System) -> np.ndarray:
         sizes = loop_sizes(system, with_events=self.n_events > 0)
@@ -347,7 +407,7 @@ class LoopArrays:
         over = method.over_choices if self.jumps else None
         self._over_choices = None if over is None else over(self.coefficients)
 
-    def _look_for_choices(self) -> None:
+    def look_for_choices(self) -> None:
         """Let steps look for choices while a branch is on neither side, as that of a force that is nothing so far."""
         if self._over_choices is None:
             return
@@ -355,6 +415,11 @@ class LoopArrays:
         wanted = self._with_branches if held else self._over_choices
         if wanted is not self.coefficients:
             self.coefficients, self._bound = wanted, None
+
+    @property
+    def looks_for_choices(self) -> bool:
+        """Whether the method's steps look for choices while a branch is on neither side."""
+        return self._over_choices is not None
 
     def with_branches(self, branches: np.ndarray) -> np.ndarray:
         """Return `p` with other branches of forces that jump."""

@@ -41,6 +41,6 @@ def test_series_see_what_no_branch_holds(way, monkeypatch):
     assert all(check.ok for check in run.health)
     if way != "a buffer with a curve":
         return
-    monkeypatch.setattr(LoopArrays, "_look_for_choices", lambda self: None)
+    monkeypatch.setattr(LoopArrays, "look_for_choices", lambda self: None)
     blind = touching(WAYS[way]).run(0.3, method="taylor", rtol=1e-10)
     assert abs(blind.states[-1] - exact).max() > 1e-5

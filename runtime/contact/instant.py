@@ -26,6 +26,11 @@ if TYPE_CHECKING:
     from symgen.runtime.loop_arrays import LoopArrays
     from symgen.runtime.system import System
 
+UNDECIDED = 1e-9  # of the largest acceleration: what presses as little does not tell whether it stays
+BALANCED = 1e-6  # of the accelerations that a force balances: more than round-off is left of it
+ROUNDED = 1e-13  # of the accelerations that a force balances
+LIMIT_ROUNDED = 1e-10  # of the range of a friction force
+AHEAD = 1e-7  # of the time that the motion takes to change
 _SURELY_SEEN = 64.0  # times round-off: a flight that high is not lost between a rebound and its end
 
 
@@ -182,6 +187,20 @@ class Instant:
         if self._last is None or self._last[0] != key:
             self._last = (key, self.equations.at(arrays.p, arrays.t, y))
         return self._last[1]
+
+    def _later(self, here: LocalDynamics, forces: np.ndarray, ahead: float = AHEAD) -> LocalDynamics:
+        """The equations a moment later, on the way that some forces lead."""
+        nq = self.system.nq
+        q, v, change = here.state[:nq], here.state[nq:], here.accelerations(forces)
+        free = np.abs(here.accelerations(np.zeros(self.n))).max(initial=0.0)
+        change = np.where(
+            np.abs(change) > ROUNDED * free, change, 0.0
+        )  # what is balanced has no time of its own
+        # Rates that are zero within the tolerances have no time of their own either.
+        rates = np.where(np.abs(v) > float(self.arrays.control[at.ATOL]) + ROUNDED, v, 0.0)
+        ahead = ahead * here.moment(rates, change)
+        state = np.concatenate([self.equations.positions.retract(q, ahead * v), v + ahead * change])
+        return self.equations.at(self.arrays.p, here.t + ahead, state)
 
     def _watched(
         self, here: LocalDynamics | None = None

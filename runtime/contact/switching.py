@@ -13,21 +13,17 @@ from collections.abc import Sequence
 import numpy as np
 
 from symgen.runtime.contact.coulomb import check_unique, coulomb_forces
-from symgen.runtime.contact.instant import Instant
+from symgen.runtime.contact.instant import AHEAD, BALANCED, LIMIT_ROUNDED, ROUNDED, UNDECIDED
 from symgen.runtime.contact.levels import Levels
 from symgen.runtime.contact.local_dynamics import LocalDynamics, Normal, normal_forces
+from symgen.runtime.contact.lone_friction import LoneFriction
 from symgen.runtime.contact.sharing import AT_LIMIT, evened
 from symgen.runtime.errors import ContactError, RuntimeModelError
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.positions import Positions
 
-_UNDECIDED = 1e-9  # of the largest acceleration: what presses as little does not tell whether it stays
-_BALANCED = 1e-6  # of the accelerations that a force balances: more than round-off is left of it
-_ROUNDED = 1e-13  # of the accelerations that a force balances
-_AT_LIMIT = 1e-10  # of the range of a friction force
 _DEPENDENT = 1e-8  # of a row's compliance that is left once others are held: they hold it as well
-_AHEAD = 1e-7  # of the time that the motion takes to change
-_MOMENTS = (_AHEAD, 1e-6, 1e-5)  # the same, until what is shared is beyond its limit
+_MOMENTS = (AHEAD, 1e-6, 1e-5)  # the same, until what is shared is beyond its limit
 _FINEST, _WIDEST = 1e-13, 0.02  # tolerance that an aim goes by, and angle [rad] that it lasts for at most
 _PARALLEL, _APART = 1e-6, 1e-12  # of directions of sliding; of what moves each other
 _GUIDED = 1e-12  # of the compliance along a direction: constraints hold the one across
@@ -38,7 +34,7 @@ _CLEARLY, _AT_BOUND = 2.0, 1e-6  # times the speed from which on fixed steps let
 _OFF_AIM = 1e-6  # of the speed along an aim: what goes across beyond that has another direction
 
 
-class Holding(Instant):
+class Holding(LoneFriction):
     """Finds what is held at the present state."""
 
     def _settle(self, touching: np.ndarray, struck: np.ndarray, still: np.ndarray) -> np.ndarray:
@@ -87,7 +83,7 @@ class Holding(Instant):
         if not len(self.layout.circles):
             return forces, most, none
         given = forces
-        small = _UNDECIDED * here.sizes_of_free
+        small = UNDECIDED * here.sizes_of_free
         slides = (self._coupled & ~acting[self.n_stops :]).any()
         if not slides:  # whether what slides has stops that it follows depends on all
             forces = self._balanced(here, acting, forces, small)
@@ -232,7 +228,7 @@ class Holding(Instant):
         pull = (np.diag(here.compliance) * forces)[: self.n_stops]
         return (
             pull
-            > _ROUNDED * (np.abs(here.rows) @ np.abs(here.accelerations(np.zeros(self.n))))[: self.n_stops]
+            > ROUNDED * (np.abs(here.rows) @ np.abs(here.accelerations(np.zeros(self.n))))[: self.n_stops]
         )
 
     def _landed(
@@ -272,14 +268,14 @@ class Holding(Instant):
         """
         together = self.layout.together
         own, pulled = forces[self.n_stops :], (here.free + here.compliance @ forces)[self.n_stops :]
-        small = _UNDECIDED * together(here.sizes_of_free[self.n_stops :])
+        small = UNDECIDED * together(here.sizes_of_free[self.n_stops :])
         waiting = acting[self.n_stops :]
         # A friction that has just begun to slip is at its limit but for round-off.
-        close = np.where(shared[self.n_stops :], AT_LIMIT, 2.0 * _AT_LIMIT)
+        close = np.where(shared[self.n_stops :], AT_LIMIT, 2.0 * LIMIT_ROUNDED)
         # Beside forces that are far larger its limit is not known: what is accelerated all the same does not stick.
         terms = (np.abs(here.free) + np.abs(here.compliance) @ np.abs(forces))[self.n_stops :]
         terms += np.diag(here.compliance)[self.n_stops :] * most
-        held = together(np.abs(pulled)) <= np.maximum(small, _BALANCED * together(terms))
+        held = together(np.abs(pulled)) <= np.maximum(small, BALANCED * together(terms))
         sticks = waiting & held & (together(np.abs(own)) < (1.0 - close) * most)
         undecided = waiting & ~sticks & (together(np.abs(pulled)) <= small)
         if undecided.any():
@@ -287,7 +283,7 @@ class Holding(Instant):
                 here, acting, waiting, forces, undecided & shared[self.n_stops :]
             )
             soon = forces[self.n_stops :]
-            sticks |= undecided & (together(np.abs(soon)) < (1.0 - 2.0 * _AT_LIMIT) * most)
+            sticks |= undecided & (together(np.abs(soon)) < (1.0 - 2.0 * LIMIT_ROUNDED) * most)
             if len(self.layout.circles):  # at its limit, but others hold on
                 change = together(np.abs((later.free + later.compliance @ forces)[self.n_stops :]))
                 sticks |= undecided & self._in_circles & (change <= small)
@@ -312,7 +308,7 @@ class Holding(Instant):
 
         Where several that share a load are close to its limit, the moment is one at which it is beyond the limit.
         """
-        small = _UNDECIDED * here.sizes_of_free[self.n_stops :]
+        small = UNDECIDED * here.sizes_of_free[self.n_stops :]
         for ahead in _MOMENTS:
             later = self._later(here, forces, ahead)
             found, most = self._forces(later, acting, self._levels(waiting, later))
@@ -346,24 +342,10 @@ class Holding(Instant):
         self, here: LocalDynamics, touching: np.ndarray, forces: np.ndarray, accelerations: np.ndarray
     ) -> np.ndarray:
         """Which stops neither press nor open now."""
-        small = _UNDECIDED * here.sizes_of_free
+        small = UNDECIDED * here.sizes_of_free
         weak = np.zeros(self.n, dtype=bool)
         weak[: self.n_stops] = touching & (np.abs(np.diag(here.compliance) * forces) <= small)[: self.n_stops]
         return weak & (np.abs(accelerations) <= small) & (np.abs(here.speeds) <= self._speed_tolerances(here))
-
-    def _later(self, here: LocalDynamics, forces: np.ndarray, ahead: float = _AHEAD) -> LocalDynamics:
-        """The equations a moment later, on the way that some forces lead."""
-        nq = self.system.nq
-        q, v, change = here.state[:nq], here.state[nq:], here.accelerations(forces)
-        free = np.abs(here.accelerations(np.zeros(self.n))).max(initial=0.0)
-        change = np.where(
-            np.abs(change) > _ROUNDED * free, change, 0.0
-        )  # what is balanced has no time of its own
-        # Rates that are zero within the tolerances have no time of their own either.
-        rates = np.where(np.abs(v) > float(self.arrays.control[at.ATOL]) + _ROUNDED, v, 0.0)
-        ahead = ahead * here.moment(rates, change)
-        state = np.concatenate([self.equations.positions.retract(q, ahead * v), v + ahead * change])
-        return self.equations.at(self.arrays.p, here.t + ahead, state)
 
     def _share(self, here: LocalDynamics, others: np.ndarray, forces: np.ndarray) -> None:
         """Let frictions whose motion others hold already keep the part of the force that they have."""
@@ -377,7 +359,7 @@ class Holding(Instant):
     def _led_onward(self, here: LocalDynamics) -> np.ndarray:
         """In which direction frictions whose sliding is prescribed leave a place of rest."""
         accelerations = np.abs(here.accelerations(np.zeros(self.n)))
-        small = _UNDECIDED * np.where(here.reached, accelerations, 0.0).max(axis=1, initial=0.0)
+        small = UNDECIDED * np.where(here.reached, accelerations, 0.0).max(axis=1, initial=0.0)
         return np.where(np.abs(here.free) > small, np.sign(here.free), 0.0)[self.n_stops :]
 
     def _check_unique(
@@ -592,6 +574,8 @@ class Switching(Holding):
         """
         if not len(fired):
             self._last = None  # inputs have other values at the same time
+        elif len(fired) == 1 and (what := self._settle_alone(int(fired[0]))):
+            return [(int(fired[0]), what)]
         is_fired = np.zeros(self.n, dtype=bool)
         is_fired[fired] = True
         were_held = self._at_rest

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen.runtime.contact.instant import _SURELY_SEEN
+from symgen.runtime.contact.instant import _SURELY_SEEN, AHEAD, LIMIT_ROUNDED, ROUNDED, UNDECIDED
 from symgen.runtime.contact.local_dynamics import (
     _LED,
     creeping_frictions,
@@ -22,7 +22,6 @@ from symgen.runtime.contact.local_dynamics import (
     smooth_frictions,
 )
 from symgen.runtime.contact.settings import Layout
-from symgen.runtime.contact.switching import _AHEAD, _AT_LIMIT, _ROUNDED, _UNDECIDED
 from symgen.runtime.ensemble.evaluate import Evaluator
 from symgen.runtime.positions import Positions
 
@@ -237,10 +236,10 @@ class Settling:
         force, pull = _pressing(here, i)
         flight = np.maximum(speed, 0.0) ** 2
         opens = (pull > 0.0) & (flight > 2.0 * pull * self._gap_tolerances(here.rows, y)[:, i])
-        small = _UNDECIDED * np.abs(here.free).max(axis=1)
+        small = UNDECIDED * np.abs(here.free).max(axis=1)
         weak = ~opens & (np.abs(pull) <= small) & (np.abs(here.free[:, i] + pull) <= small)
         weak &= np.abs(speed) <= self._slow(here.rows, y)[:, i]
-        balanced = _ROUNDED * _product(np.abs(here.rows[:, i]), np.abs(here.rates))
+        balanced = ROUNDED * _product(np.abs(here.rows[:, i]), np.abs(here.rates))
         holds = ~opens & ~weak & (pull > balanced)
         if weak.any():
             later = self._equations(p[weak], *self._later(here, t, y, i, force, weak))
@@ -260,12 +259,12 @@ class Settling:
         plain = _sound(here, y) & ~self._led(here, i)
         force, most = self._rubbing(here, watched, i)
         pulled = np.where(np.abs(force) < most, 0.0, here.free[:, i] + here.compliance[:, i] * force)
-        sticks = np.abs(force) < (1.0 - 2.0 * _AT_LIMIT) * most
-        undecided = ~sticks & (np.abs(pulled) <= _UNDECIDED * np.abs(here.free).max(axis=1))
+        sticks = np.abs(force) < (1.0 - 2.0 * LIMIT_ROUNDED) * most
+        undecided = ~sticks & (np.abs(pulled) <= UNDECIDED * np.abs(here.free).max(axis=1))
         if undecided.any():
             own, then = p[undecided], self._later(here, t, y, i, force, undecided)
             soon, at_most = self._rubbing(self._equations(own, *then), self._watched(own, *then), i)
-            sticks[undecided] = np.abs(soon) < (1.0 - 2.0 * _AT_LIMIT) * at_most
+            sticks[undecided] = np.abs(soon) < (1.0 - 2.0 * LIMIT_ROUNDED) * at_most
             force[undecided] = soon
         p[:, stuck] = sticks
         onset = np.where(force != 0.0, -np.sign(force), np.sign(pulled))
@@ -286,9 +285,9 @@ class Settling:
         nq, y, t = self._system.nq, y[which], t[which]
         free = np.abs(here.rates[which]).max(axis=1, keepdims=True)
         change = here.rates[which] + here.responses[which, i] * force[which, None]
-        change = np.where(np.abs(change) > _ROUNDED * free, change, 0.0)
+        change = np.where(np.abs(change) > ROUNDED * free, change, 0.0)
         v = y[:, nq:]
-        moving = np.where(np.abs(v) > self._atol + _ROUNDED, np.abs(v), 0.0)
+        moving = np.where(np.abs(v) > self._atol + ROUNDED, np.abs(v), 0.0)
         speeds = np.maximum(moving, np.abs(change))
         of_rates = self._positions.per_rate(np.abs(y[:, :nq]), 1.0)
         sizes = np.maximum(np.maximum(1.0, of_rates), np.abs(v))
@@ -297,7 +296,7 @@ class Settling:
         with np.errstate(all="ignore"):
             times = np.where(reached, own[0] / own[1], sizes / speeds)
         times = np.where(np.isfinite(times), times, np.inf).min(axis=1)
-        ahead = _AHEAD * np.where(np.isfinite(times), times, 1.0)
+        ahead = AHEAD * np.where(np.isfinite(times), times, 1.0)
         moved = np.concatenate([y[:, :nq] + ahead[:, None] * v, v + ahead[:, None] * change], axis=1)
         return t + ahead, moved
 

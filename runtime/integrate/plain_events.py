@@ -485,8 +485,10 @@ def flies(i, loop, after):
     for j in range(nv):
         free += after.jacobian[i * nv + j] * after.forces[j]
     speed = speed_of(i, after)
-    if not (free < 0.0 and speed > speed_tolerance(i, loop, after)):
+    if not (math.isfinite(free) and speed > speed_tolerance(i, loop, after)):
         return False
+    if free >= 0.0:
+        return True  # nothing presses it shut
     flight = speed * speed
     return flight + 2.0 * free * gap_tolerance(i, loop, after) > PLAINLY * flight
 

@@ -1,0 +1,200 @@
+"""Frictions of a run that machine code acts on: its arrays, and what Python's records take over from them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from symgen.runtime.code.call_block import CallBlock, call_block
+from symgen.runtime.constraints.row_weights import n_weights, quaternion_places, random_steps
+from symgen.runtime.contact.local_dynamics import creeping_frictions, given, normals_of, smooth_frictions
+from symgen.runtime.contact.settings import Layout
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate import plain_frictions as here
+from symgen.runtime.positions import ANGLES
+
+if TYPE_CHECKING:
+    from symgen.runtime.event_actions import EventActions
+    from symgen.runtime.integrate.loop import Loop
+    from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.loop_arrays import LoopArrays
+    from symgen.runtime.system import System
+
+_ROWS = 1024  # of the log
+_LARGEST = 24  # rates: mass matrices are factored in full
+_OF_BOTH = ((here.EVENTS, "events"), (here.RHS, "rhs"))
+_OF_FREE = (
+    (here.ENERGY, "energy"), (here.MASS, "mass_matrix"), (here.FORCES, "forces"), (here.SWITCHES, "switches")
+)  # fmt: skip
+_OF_HELD = (
+    (here.JACOBIAN, "constraint_jacobian"), (here.RESIDUAL, "constraint_residual"), (here.GAMMA, "gamma")
+)  # fmt: skip
+
+
+def has_plain_frictions(system: System, method: Method, arrays: LoopArrays) -> bool:
+    """Whether machine code can act on frictions of a run: lines of given size, free but for them and stops."""
+    return (
+        any(switch["kind"] == "friction" for switch in system.switches)
+        and not (system.m or system.quaternions or system.jumps or system.input_descriptions)
+        and system.nq == system.nv <= _LARGEST
+        and not len(Layout(system).circles)
+        and not (smooth_frictions(system) | creeping_frictions(system)).any()
+        and all(given(normal) for normal in normals_of(system))
+        and method.tail is None
+        and method.versions is None
+        and bool(np.isnan(arrays.control[at.ENERGY_LEVEL]))
+        and _is_let_go_entirely(system)
+    )
+
+
+def _is_let_go_entirely(system: System) -> bool:
+    """Whether stops and frictions are all that the held form can hold, and nothing is left of them otherwise."""
+    held = system.closed
+    if held.nh and any(record["unit"] == "" for record in system.coordinates):
+        return False  # how large these are follows from the gaps: `levels.coordinate_sizes`
+    if (
+        held.dependent
+        or held.nh != Layout(system).n_stops
+        or list(held.switched) != list(range(held.m))
+        or not n_weights(held)
+    ):
+        return False
+    y = np.random.default_rng(20240229).uniform(-1.0, 1.0, system.nq + system.nv)
+    p = system.parameter_values()
+    p[list(held.switched.values())] = 0.0
+    return not (held.kernel("constraint_jacobian")(0.0, y, p).any() or held.kernel("gamma")(0.0, y, p).any())
+
+
+def _groups(system: System, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return which coordinates have one unit, and the largest parameter with it: `levels.coordinate_sizes`."""
+    units = [record["unit"] for record in system.coordinates]
+    names = list(dict.fromkeys(unit for unit in units if unit not in ANGLES))
+    groups = np.array([here.ANGLE if unit in ANGLES else names.index(unit) for unit in units], dtype=np.int64)
+    records = [*system.parameters, *system.inputs]
+    largest = [
+        max((abs(float(x)) for record, x in zip(records, p) if record["unit"] == name), default=0.0)
+        if name
+        else 1.0
+        for name in names
+    ]
+    return groups, np.array(largest)
+
+
+class FrictionsInCode:
+    """Moves a run on over its changes of stick and slip, as far as machine code can act on them.
+
+    Parameters
+    ----------
+    system : System
+        `has_plain_frictions` of it.
+    method : Method
+    arrays : LoopArrays
+    """
+
+    in_both_forms = True
+
+    def __init__(self, system: System, method: Method, arrays: LoopArrays):
+        self._system, self._method, self._arrays = system, method, arrays
+        self._generations: tuple[int, ...] = ()
+        self.accumulation = np.nan
+        self.changes: list[tuple] = []
+
+    def _bind(self) -> None:
+        system, arrays, method = self._system, self._arrays, self._method
+        free = arrays.visit(system, method, held=False, look=self._look)
+        held = arrays.visit(system.closed, method, held=True, look=self._look)
+        self._generations = free[3], held[3]
+        self._own, self._keep = self._make(free, held)
+        self._keep += free[1], held[1]
+        self._call = call_block(here.advance_over_frictions, free[0], held[0], self._own)
+
+    def _look(self) -> tuple[Loop, CallBlock, np.ndarray, int, tuple[np.ndarray, np.ndarray]]:
+        """The loop of the form that the arrays have, its call, its limits of steps, its number, its guard's arrays."""
+        arrays = self._arrays
+        limits = arrays.control[[at.H_BASE, at.H_SHARE]]
+        return arrays.loop(), arrays.block(), limits, arrays.generation, arrays.guard_arrays()
+
+    def _make(self, free: tuple, held: tuple) -> tuple[here.Frictions, list]:
+        system, arrays, closed, layout = self._system, self._arrays, self._system.closed, Layout(self._system)
+        addresses, keep = np.zeros(here.N_ADDRESSES, dtype=np.uint64), []
+        named = [
+            (place + k, form, name) for k, form in enumerate((system, closed)) for place, name in _OF_BOTH
+        ]
+        named += [(place, system, name) for place, name in _OF_FREE]
+        named += [(place, closed, name) for place, name in _OF_HELD]
+        for place, form, name in named:
+            keep.append(form.kernel(name))
+            addresses[place] = keep[-1].address
+        for k, (form, looked) in enumerate(((system, free), (closed, held))):
+            addresses[here.ADVANCE + k] = looked[1].address
+            addresses[here.SETUP + k] = form.setup_address
+        addresses[here.ROWS] = closed.kernel("constraint_jacobian").precomputed_address
+        nq, nv, n, ne = system.nq, system.nv, closed.m, len(system.events)
+        n_stops, first = layout.n_stops, system.n_settable
+        groups, largest = _groups(system, arrays.p)
+        context, weights = held[4]
+        own = here.Frictions(
+            addresses=addresses, free_block=free[1].block, held_block=held[1].block, result=np.zeros(1),
+            p=arrays.p, everything=arrays.p.copy(), closed=first + layout.closed, stuck=first + layout.stuck,
+            sense=first + layout.sense,
+            counts=np.array([0, 0, self._method.adaptive], dtype=np.int64), sums=np.zeros(1),
+            limits=np.array([free[2], held[2]]), groups=groups, largest=largest, context=context, weights=weights,
+            steps=np.array(random_steps(nv)), places=quaternion_places(system), position=np.zeros(nq + nv),
+            rows=np.zeros(n * nv), squares=np.zeros(n), sizes=largest.copy(),
+            log=np.zeros((_ROWS, here.FIRST_STATE + 2 * (nq + nv) + 2 + 2 * (n - n_stops))),
+            lowest=np.full(n_stops, np.inf), before=np.zeros(nq + nv), moved=np.zeros(nq + nv), slope=np.zeros(nq + nv),
+            free_row=np.zeros(system.n_row), held_row=np.zeros(closed.n_row),
+            values=np.zeros(ne), g=np.zeros(ne), floor=np.zeros(ne), other=np.zeros(ne), energy=np.zeros(2),
+            switches=np.zeros(3 * n - n_stops), jacobian=np.zeros(n * nv), residual=np.zeros(n_stops + n),
+            speeds=np.zeros(n), gamma=np.zeros(n),
+            mass=np.zeros(nv * nv), inertia=np.zeros(nv), response=np.zeros((n, nv)), compliance=np.zeros((n, n)),
+            rates=np.zeros(nv), change=np.zeros(nv), free=np.zeros(n), part=np.zeros(n, dtype=np.int64),
+        )  # fmt: skip
+        return own, keep
+
+    def advance(self, actions: EventActions, stop: float, max_steps: int, watch: float) -> int:
+        """Run the loop, and act on frictions, until something is for Python to do; see `LoopArrays.advance`."""
+        arrays = self._arrays
+        if arrays.generation not in self._generations:
+            self._bind()
+        own = self._own
+        own.counts[here.N_LOG], own.counts[here.IS_HELD] = 0, actions.is_held
+        own.sums[0] = before = actions.energy_of_resets
+        own.lowest[:] = actions.lowest_gaps
+        arrays.set_limits(stop, max_steps, watch)
+        status = self._call()
+        n = int(own.counts[here.N_LOG])
+        if n:
+            arrays.adopt(self._system.closed if own.counts[here.IS_HELD] else self._system, self._method)
+            self._take_over(actions, own.log[:n].copy(), before)
+        return status
+
+    def _take_over(self, actions: EventActions, rows: np.ndarray, before: float) -> None:
+        """Let the actions of Python know what happened."""
+        known = actions.switching.settings
+        settings = self._settings(rows)
+        is_new = (settings != np.vstack([known, settings[:-1]])).any(axis=1)
+        actions.lowest_gaps = self._own.lowest.copy()
+        actions.log.extend_by_rows(self._system, rows)
+        actions.energy_of_resets = float(self._own.sums[0])
+        actions.switching.settings = settings[-1]
+        sums = np.append(before + np.cumsum(rows[:-1, here.CHANGE]), actions.energy_of_resets)
+        self.changes.append((before, rows[:, here.NEXT_FRAME].astype(int), sums, settings, is_new))
+
+    def _settings(self, rows: np.ndarray) -> np.ndarray:
+        """Return the settings of frictions behind each event, shape (n, number of settings)."""
+        layout, n = Layout(self._system), len(self._own.stuck)
+        settings = np.zeros((len(rows), layout.n_settings))
+        settings[:, layout.stuck], settings[:, layout.sense] = rows[:, -2 * n : -n], rows[:, -n:]
+        return settings
+
+    def take_changes(self) -> tuple[float, np.ndarray, np.ndarray, list[np.ndarray | None]]:
+        """Return what events had added to T + V [J], from which frames on they had added how much, and new settings.
+
+        None where an event left the settings as they were.
+        """
+        changes, self.changes = self.changes, []
+        frames, sums = (np.concatenate([c[k] for c in changes]) for k in (1, 2))
+        settings = [own if is_new else None for c in changes for own, is_new in zip(c[3], c[4])]
+        return changes[0][0], frames, sums, settings

@@ -1,0 +1,666 @@
+"""What follows the stick, slip or turn of a friction that is alone, in machine code that goes on in the form after it.
+
+It is what `event_actions.py`, `contact/lone_friction.py` and `LoopArrays.change_form` do of such an event, which take a
+hundred times as long; and what `contact/switching.py` does of an impact on a stop that stays open, while all frictions
+slide. All else is left to them: events of the model's own, stops that stay closed, several that are at rest.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.constraints.branch import ILL_CONDITIONED, NEAR_SINGULAR, USUAL_RANK
+from symgen.runtime.constraints.guard_code import NEAR_LIMIT
+from symgen.runtime.constraints.row_weights import fill_row_weights
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.loop import all_finite, copy
+from symgen.runtime.integrate.plain_events import (
+    CHANGE,
+    CLEAR,
+    EPS,
+    EVENT,
+    FIRST_STATE,
+    LED,
+    NEXT_FRAME,
+    PLAINLY,
+    ROUND_OFF,
+    SURELY_SEEN,
+    TIME,
+    factor,
+    sign,
+    solve,
+)
+from symgen.runtime.integrate.projection import LEAST_USUAL, MOST_USUAL, RESIDUAL_LEFT
+
+# Addresses: the first eight by form, that of the free one first.
+ADVANCE, EVENTS, RHS, SETUP = range(0, 8, 2)
+ENERGY, MASS, FORCES, SWITCHES, JACOBIAN, RESIDUAL, GAMMA, ROWS = range(8, 16)
+N_ADDRESSES = 16
+N_LOG, IS_HELD, IS_ADAPTIVE = range(3)  # in `counts`
+SLIPS, STICKS, TURNS, STRIKES = range(4)  # what becomes of a friction, or a stop
+NOT_KNOWN, GOES_ON, OTHER_SETTINGS = range(3)  # what `act` has done
+# As in `contact/instant.py`, `event_actions.py`.
+UNDECIDED, BALANCED, ROUNDED, LIMIT_ROUNDED, LITTLE = 1e-9, 1e-6, 1e-13, 1e-10, 1e-7
+ON_CONSTRAINTS = 4.0  # times round-off: `event_actions._PROJECTION_NOISE`
+ANGLE = -1  # in `groups`: a coordinate whose size is 1
+
+
+class Frictions(NamedTuple):
+    """What acting on frictions takes, of s stops, k frictions, n of both, and NE events.
+
+    Attributes
+    ----------
+    addresses : ndarray of uint64, shape (N_ADDRESSES,)
+    free_block, held_block, result : ndarray
+        Of the step loops' `CallBlock`.
+    p, everything : ndarray, shape (n_p,)
+        Parameters with the settings of frictions; scratch for the same with all of them stuck.
+    closed, stuck, sense : ndarray of int64, shapes (s,), (k,), (k,)
+        Places of these settings.
+    counts : ndarray of int64, shape (3,)
+    sums : ndarray, shape (1,)
+        T + V that events have added [J].
+    limits : ndarray, shape (2, 2)
+        H_BASE and H_SHARE, by form.
+    groups, largest : ndarray of int64, shape (nv,), and of float64
+        Which coordinates have one unit, and the largest parameter with it.
+    context, weights, steps, places : ndarray
+        Of the guard of the held form, and what its weights are found with.
+    position, rows, squares, sizes : ndarray, shapes (nq + nv,), (n * nv,), (n,), (number of groups,)
+    lowest : ndarray, shape (s,)
+        The least gap of each stop at the ends of steps.
+    log : ndarray, shape (rows, FIRST_STATE + 2 (nq + nv) + 2 + 2 k)
+        As that of `plain_events`; behind it what became of the friction, work, which ones stick, and senses.
+    before, moved, slope : ndarray, shape (nq + nv,)
+    free_row, held_row : ndarray
+        Of `rhs`.
+    values, g, floor, other : ndarray, shape (NE,)
+    energy, switches : ndarray, shapes (2,), (2 s + 3 k,)
+    jacobian, residual, speeds, gamma : ndarray, shapes (n * nv,), (s + n,), (n,), (n,)
+    mass, inertia, response, compliance : ndarray, shapes (nv * nv,), (nv,), (n, nv), (n, n)
+    rates, change, free : ndarray, shapes (nv,), (nv,), (n,)
+    part : ndarray of int64, shape (n,)
+    """
+
+    addresses: np.ndarray
+    free_block: np.ndarray
+    held_block: np.ndarray
+    result: np.ndarray
+    p: np.ndarray
+    everything: np.ndarray
+    closed: np.ndarray
+    stuck: np.ndarray
+    sense: np.ndarray
+    counts: np.ndarray
+    sums: np.ndarray
+    limits: np.ndarray
+    groups: np.ndarray
+    largest: np.ndarray
+    context: np.ndarray
+    weights: np.ndarray
+    steps: np.ndarray
+    places: np.ndarray
+    position: np.ndarray
+    rows: np.ndarray
+    squares: np.ndarray
+    sizes: np.ndarray
+    lowest: np.ndarray
+    log: np.ndarray
+    before: np.ndarray
+    moved: np.ndarray
+    slope: np.ndarray
+    free_row: np.ndarray
+    held_row: np.ndarray
+    values: np.ndarray
+    g: np.ndarray
+    floor: np.ndarray
+    other: np.ndarray
+    energy: np.ndarray
+    switches: np.ndarray
+    jacobian: np.ndarray
+    residual: np.ndarray
+    speeds: np.ndarray
+    gamma: np.ndarray
+    mass: np.ndarray
+    inertia: np.ndarray
+    response: np.ndarray
+    compliance: np.ndarray
+    rates: np.ndarray
+    change: np.ndarray
+    free: np.ndarray
+    part: np.ndarray
+
+
+@jitted
+def advance_over_frictions(free, held, own):
+    """Call the step loop of the form that applies, and act on frictions, until something is for Python to do.
+
+    Returns
+    -------
+    int
+        A status of the step loop, EVENT where Python is to act.
+    """
+    last = free.counters[at.STEPS] + free.counters[at.MAX_STEPS_PER_CALL]
+    while True:
+        if own.counts[IS_HELD]:
+            call_kernel(own.addresses[ADVANCE + 1], 0.0, own.held_block, own.held_block, own.result)
+        else:
+            call_kernel(own.addresses[ADVANCE], 0.0, own.free_block, own.free_block, own.result)
+        status = int(own.result[0])
+        if status != at.EVENT:
+            return status
+        done = act(free, own)
+        if done == NOT_KNOWN:
+            return status
+        restart(free, own)
+        if done == OTHER_SETTINGS:
+            if own.counts[IS_HELD]:
+                take_form(held, 1, own)
+                expect(held, own)
+            else:
+                take_form(free, 0, own)
+        free.counters[at.MAX_STEPS_PER_CALL] = last - free.counters[at.STEPS]
+        full = free.counters[at.N_LOGGED_STEPS] >= free.step_log.shape[0]
+        if free.counters[at.MAX_STEPS_PER_CALL] < 1 or full or own.counts[N_LOG] >= own.log.shape[0]:
+            return at.RUNNING
+
+
+@jitted
+def act(loop, own):
+    """Act on the event at which a step loop has returned; returns whether that is known here, and changes settings."""
+    ne, n_stops, n, nq, nv = (
+        loop.sizes[at.NE],
+        own.closed.shape[0],
+        own.stuck.shape[0],
+        loop.sizes[at.NQ],
+        loop.sizes[at.NV],
+    )
+    event = -1
+    for e in range(ne):
+        if loop.control[at.N_CONTROL + at.FIRED * ne + e] == 1.0:
+            if event >= 0:
+                return NOT_KNOWN
+            event = e
+    i = event - (ne - n_stops - n)
+    if i < 0 or own.counts[N_LOG] >= own.log.shape[0] or not others_are_free(i - n_stops, loop, own):
+        return NOT_KNOWN
+    t = loop.control[at.T]
+    copy(loop.y[: nq + nv], own.before)
+    call_kernel(own.addresses[EVENTS + own.counts[IS_HELD]], t, loop.y, own.p, own.values)
+    energy = total_energy(loop, own)
+    row = own.log[own.counts[N_LOG]]
+    behind = row[FIRST_STATE + 2 * (nq + nv) :]
+    kept = behind[2:]
+    write_settings(kept, own)
+    is_known = strike(i, loop, own) if i < n_stops else settle(i - n_stops, loop, own)
+    if not is_known or not all_finite(loop.y, nq + nv):
+        copy(own.before, loop.y)
+        for j in range(n):
+            own.p[own.stuck[j]], own.p[own.sense[j]] = kept[j], kept[n + j]
+        return NOT_KNOWN
+    was_stuck = sticks = changed = False
+    for j in range(n):
+        was_stuck |= kept[j] != 0.0
+        sticks |= own.p[own.stuck[j]] != 0.0
+        changed |= kept[j] != own.p[own.stuck[j]] or kept[n + j] != own.p[own.sense[j]]
+    note_gaps(loop, own)
+    own.counts[IS_HELD] = 1 if sticks else 0
+    change = total_energy(loop, own) - energy
+    row[EVENT], row[TIME], row[CHANGE], row[NEXT_FRAME] = event, t, change, loop.counters[at.NEXT_FRAME]
+    copy(own.before, row[FIRST_STATE : FIRST_STATE + nq + nv])
+    copy(loop.y[: nq + nv], row[FIRST_STATE + nq + nv :])
+    behind[0] = STRIKES if i < n_stops else SLIPS if was_stuck else STICKS if sticks else TURNS
+    behind[1] = loop.y[nq + nv] + own.sums[0] if loop.sizes[at.NW] > 0 else math.nan
+    write_settings(kept, own)
+    own.counts[N_LOG] += 1
+    own.sums[0] += change
+    arm(event if not (was_stuck or sticks) else -1, loop, own)
+    return OTHER_SETTINGS if changed else GOES_ON
+
+
+@jitted
+def others_are_free(k, loop, own):
+    """Whether all stops are open and no friction is held but perhaps one."""
+    ne, n = loop.sizes[at.NE], own.stuck.shape[0]
+    for i in range(own.closed.shape[0]):
+        if own.p[own.closed[i]] != 0.0:
+            return False
+    for j in range(n):
+        if math.isinf(loop.control[at.N_CONTROL + at.BAND * ne + ne - n + j]):
+            return False  # it rests since others hold it
+        if j != k and own.p[own.stuck[j]] != 0.0:
+            return False
+    return True
+
+
+@jitted
+def write_settings(values, own):
+    """Write which frictions stick, then in which directions they slide."""
+    n = own.stuck.shape[0]
+    for j in range(n):
+        values[j], values[n + j] = own.p[own.stuck[j]], own.p[own.sense[j]]
+
+
+@jitted
+def note_gaps(loop, own):
+    """Take note of how low gaps have been since the last time."""
+    ne, n_stops = loop.sizes[at.NE], own.closed.shape[0]
+    first, n_own = at.N_CONTROL + at.LOWEST * ne, ne - n_stops - own.stuck.shape[0]
+    for i in range(n_stops):
+        own.lowest[i] = min(own.lowest[i], loop.control[first + n_own + i])
+    for e in range(ne):
+        loop.control[first + e] = math.inf
+
+
+@jitted
+def total_energy(loop, own):
+    """Return T + V at the present state."""
+    call_kernel(own.addresses[ENERGY], loop.control[at.T], loop.y, own.p, own.energy)
+    return own.energy[0] + own.energy[1]
+
+
+@jitted
+def settle(k, loop, own):
+    """Find what becomes of a friction, and write it to `p` and to the state: `LoneFriction._settle_alone`.
+
+    Whether something becomes of it that follows from it alone, and changes the settings.
+    """
+    nq, nv, n_stops = loop.sizes[at.NQ], loop.sizes[at.NV], own.closed.shape[0]
+    i, was_stuck, sense = n_stops + k, own.p[own.stuck[k]] != 0.0, own.p[own.sense[k]]
+    find_rows(loop.control[at.T], loop.y, own)
+    if not are_open(-1, loop, own) or not slide(k, loop, own):
+        return False
+    own.p[own.stuck[k]] = own.p[own.sense[k]] = 0.0
+    if not find_dynamics(loop.control[at.T], loop.y, nv, own):
+        return False
+    if not own.compliance[i, i] > LED * alone(i, nv, own):
+        return False
+    speed, compliance = own.speeds[i], own.compliance[i, i]
+    for j in range(nv):
+        own.change[j] = own.response[i, j]
+    onset = onset_of(k, loop, own)
+    if not math.isfinite(onset):
+        return False
+    if onset == 0.0:
+        if was_stuck:
+            return False
+        own.p[own.stuck[k]] = 1.0
+        for j in range(nv):
+            loop.y[nq + j] += own.change[j] * -(speed * (1.0 / compliance))
+        call_kernel(own.addresses[EVENTS + 1], loop.control[at.T], loop.y, own.p, own.other)
+        return all_finite(own.other, own.other.shape[0])
+    own.p[own.sense[k]] = onset
+    return was_stuck or onset != sense
+
+
+@jitted
+def are_open(but, loop, own):
+    """Whether all gaps but one are more than what tolerances leave open."""
+    n_stops = own.closed.shape[0]
+    if n_stops == 0:
+        return True
+    call_kernel(own.addresses[SWITCHES], loop.control[at.T], loop.y, own.p, own.switches)
+    for i in range(n_stops):
+        if i != but and not own.switches[2 * i] > gap_tolerance(i, loop, own):
+            return False
+    return True
+
+
+@jitted
+def slide(but, loop, own):
+    """Let all frictions but one slide as they do, if all of them do clearly; whether they do."""
+    n_stops = own.closed.shape[0]
+    for j in range(own.stuck.shape[0]):
+        if j != but:
+            if not abs(own.speeds[n_stops + j]) > slow(n_stops + j, loop, own):
+                return False
+            own.p[own.sense[j]] = sign(own.speeds[n_stops + j])
+    return True
+
+
+@jitted
+def strike(i, loop, own):
+    """Change the rates by an impact on a stop, if that is all that happens; whether it was: `plain_events.strike`.
+
+    Frictions of given size are bounded forces, and take no part.
+    """
+    nq, nv, t = loop.sizes[at.NQ], loop.sizes[at.NV], loop.control[at.T]
+    if own.counts[IS_HELD] or not find_dynamics(t, loop.y, nv, own) or not are_open(i, loop, own):
+        return False
+    closing, restitution = own.speeds[i], own.switches[2 * i + 1]
+    if not (closing < 0.0 and 0.0 < restitution <= 1.0) or not own.compliance[i, i] > LED * alone(i, nv, own):
+        return False
+    impulse = -(1.0 + restitution) * closing / own.compliance[i, i]
+    for j in range(nv):
+        loop.y[nq + j] += own.response[i, j] * impulse
+    find_rows(t, loop.y, own)
+    if not slide(-1, loop, own) or not find_dynamics(t, loop.y, nv, own):
+        return False
+    # Whether it opens so far that the run sees it: `Holding._landed`.
+    free, speed = own.free[i], own.speeds[i]
+    if not speed > slow(i, loop, own):
+        return False
+    if free >= 0.0:
+        return True  # nothing presses it shut
+    flight = speed * speed
+    return flight + 2.0 * free * gap_tolerance(i, loop, own) > PLAINLY * flight
+
+
+@jitted
+def gap_tolerance(i, loop, own):
+    """Return how much of a gap the tolerances of the run leave open: `Instant._gap_tolerances`."""
+    nv, rows, size = loop.sizes[at.NV], 0.0, 1.0
+    for j in range(nv):
+        entry = abs(own.jacobian[i * nv + j])
+        rows += entry
+        if entry > 0.0:
+            size = max(size, abs(loop.y[j]))
+    allowed = rows * (loop.control[at.ATOL] + loop.control[at.RTOL] * size)
+    return max(allowed, SURELY_SEEN * EPS * rows * size)
+
+
+@jitted
+def find_rows(t, y, own):
+    """Write the rows of stops and frictions and their speeds to `jacobian` and `speeds`."""
+    n_stops = own.closed.shape[0]
+    copy(own.p, own.everything)
+    for i in range(n_stops):
+        own.everything[own.closed[i]] = 1.0
+    for j in range(own.stuck.shape[0]):
+        own.everything[own.stuck[j]] = 1.0
+    call_kernel(own.addresses[JACOBIAN], t, y, own.everything, own.jacobian)
+    call_kernel(own.addresses[RESIDUAL], t, y, own.everything, own.residual)
+    copy(own.residual[n_stops:], own.speeds)
+
+
+@jitted
+def find_dynamics(t, y, nv, own):
+    """Write what `LocalDynamics` knows at a state to the arrays; whether all of it is finite."""
+    n = own.speeds.shape[0]
+    find_rows(t, y, own)
+    for i in range(nv * nv):
+        own.mass[i] = 0.0  # structural zeros are not written, and factors fill them
+    for i in range(nv):
+        own.rates[i] = 0.0
+    call_kernel(own.addresses[MASS], t, y, own.p, own.mass)
+    call_kernel(own.addresses[FORCES], t, y, own.p, own.rates)
+    call_kernel(own.addresses[GAMMA], t, y, own.everything, own.gamma)
+    for i in range(nv):
+        own.inertia[i] = own.mass[i * nv + i]
+    if not factor(nv, own.mass):
+        return False
+    solve(nv, own.mass, own.rates)
+    for i in range(n):
+        row = own.jacobian[i * nv : (i + 1) * nv]
+        copy(row, own.response[i])
+        solve(nv, own.mass, own.response[i])
+        own.free[i] = -own.gamma[i]
+        for j in range(nv):
+            own.free[i] += row[j] * own.rates[j]
+    for i in range(n):
+        for k in range(n):
+            own.compliance[i, k] = 0.0
+            for j in range(nv):
+                own.compliance[i, k] += own.jacobian[i * nv + j] * own.response[k, j]
+    return all_finite(own.free, n) and all_finite(own.speeds, n)
+
+
+@jitted
+def alone(k, nv, own):
+    """Return the compliance of a row without the inertia that others have in common with it."""
+    total = 0.0
+    for j in range(nv):
+        if own.inertia[j] > 0.0:
+            total += own.jacobian[k * nv + j] * own.jacobian[k * nv + j] / own.inertia[j]
+    return total
+
+
+@jitted
+def slow(k, loop, own):
+    """Return which sliding speeds are zero within the tolerances of the run: `Instant._speed_tolerances`."""
+    nq, nv = loop.sizes[at.NQ], loop.sizes[at.NV]
+    size = moved = 0.0
+    for j in range(nv):
+        entry = abs(own.jacobian[k * nv + j])
+        size += entry
+        moved += entry * abs(loop.y[nq + j])
+    return size * (loop.control[at.ATOL] + 1e-15) + max(loop.control[at.RTOL], 1e-15) * moved
+
+
+@jitted
+def onset_of(k, loop, own):
+    """Return in which direction a friction begins to slide, 0 where it sticks: `LoneFriction._onset`."""
+    i = own.closed.shape[0] + k
+    free, compliance = own.free[i], own.compliance[i, i]
+    most = level(k, loop.control[at.T], loop.y, own)
+    force = min(max(-free / compliance, -most), most)
+    pull = free + compliance * force
+    small = UNDECIDED * largest_free(i, own)
+    balanced = BALANCED * (abs(free) + compliance * (abs(force) + most))
+    if abs(pull) <= max(small, balanced) and abs(force) < (1.0 - 2.0 * LIMIT_ROUNDED) * most:
+        return 0.0
+    if abs(pull) <= small:  # at its limit, which it may be about to leave on either side
+        ahead = LITTLE * find_moment(i, force, loop, own)
+        nq, nv, t = loop.sizes[at.NQ], loop.sizes[at.NV], loop.control[at.T] + ahead
+        for j in range(nv):
+            own.moved[j] = loop.y[j] + ahead * loop.y[nq + j]
+            own.moved[nq + j] = loop.y[nq + j] + ahead * own.slope[j]
+        if not find_dynamics(t, own.moved, nv, own) or not own.compliance[i, i] > 0.0:
+            return math.nan
+        most = level(k, t, own.moved, own)
+        force = min(max(-own.free[i] / own.compliance[i, i], -most), most)
+        if abs(force) < (1.0 - 2.0 * LIMIT_ROUNDED) * most:
+            return 0.0
+    return -sign(force) if force != 0.0 else sign(pull)
+
+
+@jitted
+def level(k, t, y, own):
+    """Return how large a friction can be that sticks."""
+    call_kernel(own.addresses[SWITCHES], t, y, own.p, own.switches)
+    return max(own.switches[2 * own.closed.shape[0] + 3 * k + 2], 0.0)
+
+
+@jitted
+def find_part(k, own):
+    """Mark in `part` which frictions move with one: `local_dynamics.parts_of`."""
+    n = own.part.shape[0]
+    for i in range(n):
+        own.part[i] = 0
+    own.part[k] = 1
+    grows = True
+    while grows:
+        grows = False
+        for i in range(n):
+            if own.part[i] == 0:
+                for j in range(n):
+                    if own.part[j] and (own.compliance[i, j] != 0.0 or own.compliance[j, i] != 0.0):
+                        own.part[i] = 1
+                        grows = True
+
+
+@jitted
+def largest_free(k, own):
+    """Return the largest acceleration of what moves with a friction: `LocalDynamics.sizes_of_free`."""
+    find_part(k, own)
+    size = 0.0
+    for i in range(own.part.shape[0]):
+        if own.part[i]:
+            size = max(size, abs(own.free[i]))
+    return size
+
+
+@jitted
+def find_moment(k, force, loop, own):
+    """Return the time in which the motion changes under a force: `LocalDynamics.moment`.
+
+    Its accelerations, but for those that are balanced, are written to `slope`.
+    """
+    nv, n = loop.sizes[at.NV], own.part.shape[0]
+    largest = 0.0
+    for j in range(nv):
+        largest = max(largest, abs(own.rates[j]))
+    for j in range(nv):
+        change = own.rates[j] + own.response[k, j] * force
+        own.slope[j] = change if abs(change) > ROUNDED * largest else 0.0
+        own.slope[nv + j] = 0.0  # whether some friction moves it, or is made of it
+    least = math.inf
+    for i in range(n):
+        find_part(i, own)
+        size = speed = 0.0
+        for j in range(nv):
+            reached = False
+            for other in range(n):
+                if own.part[other]:
+                    reached |= own.jacobian[other * nv + j] != 0.0 or own.response[other, j] != 0.0
+            if reached:
+                own.slope[nv + j] = 1.0
+                size, speed = max(size, size_of(j, loop)), max(speed, speed_of(j, loop, own))
+        if speed > 0.0:
+            least = min(least, size / speed)
+    for j in range(nv):
+        speed = speed_of(j, loop, own)
+        if own.slope[nv + j] == 0.0 and speed > 0.0:
+            least = min(least, size_of(j, loop) / speed)
+    return least if math.isfinite(least) else 1.0
+
+
+@jitted
+def size_of(j, loop):
+    """Return what a change of a coordinate and its rate is large beside."""
+    return max(max(1.0, abs(loop.y[j])), abs(loop.y[loop.sizes[at.NQ] + j]))
+
+
+@jitted
+def speed_of(j, loop, own):
+    """Return how fast a coordinate or its rate changes; rates that are zero within the tolerances do not count."""
+    rate = abs(loop.y[loop.sizes[at.NQ] + j])
+    moving = rate if rate > loop.control[at.ATOL] + ROUNDED else 0.0
+    return max(moving, abs(own.slope[j]))
+
+
+@jitted
+def find_floor(loop, own):
+    """Write event functions to `g`, what of them is round-off to `floor`: `event_actions.event_values_and_floor`."""
+    held, ne, n, t = own.counts[IS_HELD], loop.sizes[at.NE], own.before.shape[0], loop.control[at.T]
+    relative = ROUND_OFF * (ON_CONSTRAINTS if held else 1.0)
+    dt, events = relative * abs(t), own.addresses[EVENTS + held]
+    call_kernel(events, t, loop.y, own.p, own.g)
+    for e in range(ne):
+        own.floor[e] = 0.0
+    if held:
+        call_kernel(own.addresses[RHS + 1], t, loop.y, own.p, own.held_row)
+        copy(own.held_row[:n], own.slope)
+    else:
+        call_kernel(own.addresses[RHS], t, loop.y, own.p, own.free_row)
+        copy(own.free_row[:n], own.slope)
+    copy(loop.y[:n], own.moved)
+    call_kernel(events, t + dt, own.moved, own.p, own.other)
+    add_change(own)
+    for j in range(n):
+        own.moved[j] = loop.y[j] + relative * abs(loop.y[j])
+        call_kernel(events, t, own.moved, own.p, own.other)
+        add_change(own)
+        own.moved[j] = loop.y[j]
+    for j in range(n):
+        own.moved[j] = loop.y[j] + dt * own.slope[j]
+    call_kernel(events, t + dt, own.moved, own.p, own.other)
+    add_change(own)
+    for e in range(ne):
+        if not math.isfinite(own.floor[e]):
+            own.floor[e] = 0.0
+
+
+@jitted
+def add_change(own):
+    """Add what the event functions differ by from `g` to `floor`."""
+    for e in range(own.g.shape[0]):
+        own.floor[e] += abs(own.other[e] - own.g[e])
+
+
+@jitted
+def arm(moved, loop, own):
+    """Set on which side of zero the event functions are: `event_actions.arm_events`.
+
+    Parameters
+    ----------
+    moved : int
+        The event that has fired, if its function is the same as before; else -1.
+    """
+    ne, n_stops, n = loop.sizes[at.NE], own.closed.shape[0], own.speeds.shape[0]
+    find_floor(loop, own)
+    find_rows(loop.control[at.T], loop.y, own)
+    for e in range(ne):
+        side_at = at.N_CONTROL + at.SIDE * ne + e
+        g, floor, lean, i = own.g[e], own.floor[e], sign(loop.control[side_at]), e - (ne - n)
+        if abs(own.values[e]) > CLEAR * floor:
+            lean = 0.0
+        band = floor
+        if 0 <= i and (i < n_stops or own.p[own.stuck[i - n_stops]] == 0.0):
+            lean = 1.0
+            sunk = max(0.0, -g)
+            if e == moved:
+                sunk *= 2.0  # what sinks although its rates rise fires a few times, not for ever
+            width = 0.0
+            if not abs(own.speeds[i]) > slow(i, loop, own):
+                width = gap_tolerance(i, loop, own) if i < n_stops else slow(i, loop, own)
+            band = max(floor, width) + sunk
+        loop.control[at.N_CONTROL + at.FLOOR * ne + e] = floor
+        loop.control[at.N_CONTROL + at.BAND * ne + e] = band
+        loop.control[side_at] = sign(g) if abs(g) > band else at.LEANING * lean
+
+
+@jitted
+def restart(loop, own):
+    """Let the loop forget what no longer holds: `LoopArrays.restart`, and choose its step anew."""
+    loop.counters[at.F_VALID] = loop.counters[at.LAST_REJECTED] = 0
+    loop.control[at.ERROR_OLD] = 1e-4
+    if own.counts[IS_ADAPTIVE]:
+        loop.control[at.H] = 0.0
+
+
+@jitted
+def take_form(loop, form, own):
+    """Let the loop of a form go on from here: `LoopArrays.change_form`."""
+    n_p = own.p.shape[0]
+    if own.addresses[SETUP + form] != 0:
+        copy(own.p, loop.p)
+        call_kernel(own.addresses[SETUP + form], 0.0, loop.y, loop.p, loop.p[n_p:])
+    for i in range(loop.f.shape[0]):
+        loop.f[i] = 0.0
+    for i in range(loop.work.shape[0]):
+        loop.work[i] = 0.0
+    for i in range(at.FAMILY_COUNTERS, at.N_COUNTERS):
+        loop.counters[i] = 0
+    loop.control[at.H_BASE], loop.control[at.H_SHARE] = own.limits[form, 0], own.limits[form, 1]
+
+
+@jitted
+def expect(loop, own):
+    """Tell the guard how large rows of G are near here: `kkt.Lease.expect`."""
+    nq, nv, n_stops, n = loop.sizes[at.NQ], loop.sizes[at.NV], own.closed.shape[0], own.speeds.shape[0]
+    copy(own.largest, own.sizes)
+    for j in range(nv):
+        if own.groups[j] != ANGLE:
+            own.sizes[own.groups[j]] = max(own.sizes[own.groups[j]], abs(loop.y[j]))
+    of_rates = own.weights[n * nv + n :]
+    for j in range(nv):
+        size = 1.0 if own.groups[j] == ANGLE else own.sizes[own.groups[j]]
+        of_rates[j] = size if size > 0.0 else 1.0
+    fill_row_weights(
+        own.addresses[ROWS], loop.control[at.T], loop.y[:nq], loop.p, own.steps, own.places, own.position, own.rows,
+        own.weights, own.squares,
+    )  # fmt: skip
+    smallest, scale = math.inf, math.inf
+    for i in range(n):  # off, its row of zeros says nothing
+        on = own.p[own.closed[i]] if i < n_stops else own.p[own.stuck[i - n_stops]]
+        smallest = min(smallest, own.squares[i] + (1.0 - on))
+        scale = min(scale, own.weights[n * nv + i])
+    own.context[USUAL_RANK] = own.context[ILL_CONDITIONED] = 0
+    own.context[NEAR_SINGULAR] = 1 if smallest < NEAR_LIMIT else 0
+    size = 1.0 / scale
+    usual = LEAST_USUAL <= size and size <= MOST_USUAL
+    loop.control[at.PROJECTION_TOL] = RESIDUAL_LEFT * (1.0 if usual else size * size)

@@ -1,0 +1,173 @@
+"""What follows where a force goes over to another branch, at a jump or a kink, in machine code.
+
+It is what `EventActions._change_branches` does, which takes fifty times as long. All else is left to Python: several
+events at one instant, events of the model's own, and a force that pushes to its jump from both sides.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.loop import copy
+from symgen.runtime.integrate.plain_events import AHEAD, CLEAR, EPS, sign
+
+ADVANCE, EVENTS, RHS = range(3)  # in `addresses`
+N_JUMPS, FIRST_BRANCH, IS_MULTISTEP, LOOKS_FOR_CHOICES, HOLDS_ALL = range(5)  # in `counts`
+BEGINNING, BACK = 32.0 * EPS, 1e-6  # as in `event_actions.py`
+
+
+class Jumps(NamedTuple):
+    """What acting on jumps takes, of n branches and NE events.
+
+    Attributes
+    ----------
+    addresses : ndarray of uint64, shape (3,)
+        The step loop's, and those of kernels that take `p` as it is.
+    block, result : ndarray
+        Of the step loop's `CallBlock`.
+    counts : ndarray of int64, shape (5,)
+        HOLDS_ALL: whether the loop is the one for branches of which none is 0.
+    events : ndarray of int64, shape (n,)
+        Which events are jumps.
+    p, branched : ndarray, shape (n_p,)
+        Parameters, and scratch for the same with branches.
+    before, after : ndarray, shape (n,)
+        Branches.
+    values, first, last : ndarray, shape (NE,)
+    row, ahead : ndarray, shapes (n_row,), (nq + nv,)
+    """
+
+    addresses: np.ndarray
+    block: np.ndarray
+    result: np.ndarray
+    counts: np.ndarray
+    events: np.ndarray
+    p: np.ndarray
+    branched: np.ndarray
+    before: np.ndarray
+    after: np.ndarray
+    values: np.ndarray
+    first: np.ndarray
+    last: np.ndarray
+    row: np.ndarray
+    ahead: np.ndarray
+
+
+@jitted
+def advance_over_jumps(loop, own):
+    """Call the step loop, and change branches at jumps, until something is for Python to do.
+
+    Returns
+    -------
+    int
+        A status of the step loop, EVENT where Python is to act.
+    """
+    last = loop.counters[at.STEPS] + loop.counters[at.MAX_STEPS_PER_CALL]
+    while True:
+        call_kernel(own.addresses[ADVANCE], 0.0, own.block, own.block, own.result)
+        status = int(own.result[0])
+        if status != at.EVENT or not act(loop, own):
+            return status
+        loop.counters[at.MAX_STEPS_PER_CALL] = last - loop.counters[at.STEPS]
+        full = loop.counters[at.N_LOGGED_STEPS] >= loop.step_log.shape[0]
+        if loop.counters[at.MAX_STEPS_PER_CALL] < 1 or full or needs_another_loop(own):
+            return at.RUNNING
+
+
+@jitted
+def needs_another_loop(own):
+    """Whether steps have to look for choices from here on, or no longer: `LoopArrays.look_for_choices`."""
+    holds_all = 1
+    for k in range(own.after.shape[0]):
+        if own.after[k] == 0.0:
+            holds_all = 0
+    return own.counts[LOOKS_FOR_CHOICES] == 1 and holds_all != own.counts[HOLDS_ALL]
+
+
+@jitted
+def act(loop, own):
+    """Let the force whose event has fired go over to its other branch; whether that is all there is to do."""
+    ne, n, t = loop.sizes[at.NE], own.events.shape[0], loop.control[at.T]
+    event, k = -1, -1
+    for e in range(ne):
+        if loop.control[at.N_CONTROL + at.FIRED * ne + e] == 1.0:
+            if event >= 0:
+                return False
+            event = e
+    for j in range(n):
+        own.before[j] = loop.p[own.counts[FIRST_BRANCH] + j]
+        own.after[j] = sign(loop.control[at.N_CONTROL + at.SIDE * ne + own.events[j]])
+        if own.events[j] == event:
+            k = j
+    if k < 0:
+        return False
+    # On the branches that hold: a place at which one of them begins may be a hair before it.
+    take_branches(own.before, own)
+    call_kernel(own.addresses[EVENTS], t, loop.y, own.branched, own.values)
+    g, floor = own.values[event], loop.control[at.N_CONTROL + at.FLOOR * ne + event]
+    after = -own.before[k] if own.before[k] != 0.0 else sign(g)
+    begins, past = loop.control[at.H_LAST] <= BEGINNING * abs(t), abs(g)
+    if begins and past > CLEAR * floor:
+        past = 0.0
+    # What jumped exactly to zero is on neither side yet; what its own motion brought there goes on.
+    side = sign(g) if begins and past == 0.0 else at.LEANING * after
+    own.after[k] = sign(side)
+    if slides(event, k, floor, loop, own):
+        return False
+    loop.control[at.N_CONTROL + at.SIDE * ne + event] = side
+    loop.control[at.N_CONTROL + at.BAND * ne + event] = floor + past
+    for j in range(n):
+        loop.p[own.counts[FIRST_BRANCH] + j] = own.after[j]
+    own.counts[N_JUMPS] += 1
+    loop.counters[at.F_VALID] = 0
+    if own.counts[IS_MULTISTEP]:
+        loop.control[at.H] = 0.0  # its history is of the motion before the jump
+    return True
+
+
+@jitted
+def take_branches(branches, own):
+    """Write parameters with some branches to `branched`."""
+    copy(own.p, own.branched)
+    for j in range(branches.shape[0]):
+        own.branched[own.counts[FIRST_BRANCH] + j] = branches[j]
+
+
+@jitted
+def slides(event, k, floor, loop, own):
+    """Whether the force pushes to its jump from both sides: `EventActions._refuse_sliding`."""
+    side = own.after[k]
+    here = rise(event, loop, own)
+    own.after[k] = -side
+    there = rise(event, loop, own)
+    own.after[k] = side
+    clear = max(CLEAR * floor, BACK * abs(there))
+    return side * here < -clear and side * there > clear
+
+
+@jitted
+def rise(event, loop, own):
+    """Return by how much an event function rises in a short time on the branches `after`: `EventActions._rises`."""
+    nq, nv, t = loop.sizes[at.NQ], loop.sizes[at.NV], loop.control[at.T]
+    n = nq + nv
+    take_branches(own.after, own)
+    call_kernel(own.addresses[RHS], t, loop.y, own.branched, own.row)
+    largest = 0.0
+    for j in range(n):
+        largest = max(largest, abs(loop.y[j]))
+    least, fastest = min(max(largest, 1e-3), 1.0), 0.0
+    for j in range(n):
+        fastest = max(fastest, abs(own.row[j]) / max(abs(loop.y[j]), least))
+    dt = AHEAD / fastest if 0.0 < fastest and fastest < math.inf else AHEAD
+    for j in range(n):
+        own.ahead[j] = loop.y[j] + dt * own.row[j]
+    if nq == nv:  # from rest, accelerations tell
+        for j in range(nq):
+            own.ahead[j] += 0.5 * dt * dt * own.row[nq + j]
+    call_kernel(own.addresses[EVENTS], t + dt, own.ahead, own.p, own.last)
+    call_kernel(own.addresses[EVENTS], t, loop.y, own.p, own.first)
+    return own.last[event] - own.first[event]
