@@ -7,7 +7,7 @@ import numpy as np
 
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
-from symgen.runtime.integrate.fronts import FrontLU, eliminate_fronts, solve_fronts
+from symgen.runtime.integrate.fronts import SOURCES, FrontLU, eliminate_fronts, solve_fronts
 from symgen.runtime.integrate.left_looking import (
     SparseLU,
     complex_sparse_lu,
@@ -57,7 +57,7 @@ class NewtonLU(NamedTuple):
 def newton_lu_size(pattern, nv, width):
     """Length of the array that `newton_lu` (`width` 1) or `complex_newton_lu` (`width` 2) divides."""
     n, plan = pattern.order.shape[0], pattern.plan
-    own = plan.value_start[-1] + plan.largest * plan.largest + plan.n_waiting
+    own = plan.value_start[-1] + plan.largest * (plan.largest + SOURCES) + plan.n_waiting
     own += pattern.rows.shape[0] + n - nv + 3 * n
     return width * own + 2 * n + 1 + sparse_lu_size(n, pattern.room, width)
 
@@ -91,10 +91,11 @@ def divide_values(pattern, nv, whole, values):
     factors, values = values[: plan.value_start[-1]], values[plan.value_start[-1] :]
     size = plan.largest * plan.largest
     front, values = values[:size], values[size:]
+    sources, values = values[: SOURCES * plan.largest], values[SOURCES * plan.largest :]
     waiting, values = values[: plan.n_waiting], values[plan.n_waiting :]
     size = pattern.rows.shape[0] + n - nv
     entries, values = values[:size], values[size:]
-    fronts = FrontLU(factors, front, waiting, whole[:n], whole[n : 2 * n])
+    fronts = FrontLU(factors, front, waiting, whole[:n], whole[n : 2 * n], sources)
     return fronts, entries, values[: 3 * n].reshape((3, n))
 
 
