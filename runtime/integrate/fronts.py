@@ -14,6 +14,8 @@ from symgen.runtime.integrate.linear import magnitude, unsigned
 
 # So many rows of real numbers, or half as many of complex ones, are subtracted from others at a time.
 SOURCES = 8
+# Fronts of so many columns are solved with by arithmetic of real numbers, several rows or columns at a time.
+WIDE = 4
 
 
 class FrontLU(NamedTuple):
@@ -22,7 +24,8 @@ class FrontLU(NamedTuple):
     Attributes
     ----------
     values : ndarray, shape (value_start[-1],), real or complex
-        For each front of s columns, its first s rows, with the reciprocals of the pivots; then s columns of the others.
+        For each front of s columns, its first s rows, with the reciprocals of the pivots; then s columns of the others,
+        one behind the other.
     front : ndarray, shape (largest²,)
         The front that is being eliminated, row by row.
     waiting : ndarray, shape (n_waiting,)
@@ -240,9 +243,11 @@ def subtract_from_two(target, other, factors, others, rows):
 def keep_factors(front, size, width, values):
     """Copy the factors of a front: its first `width` rows, then as many columns of the others."""
     copy_entries(front[: width * size], values[: width * size])
-    for i in range(width, size):
-        first = width * size + (i - width) * width
-        copy_entries(front[i * size : i * size + width], values[first : first + width])
+    n = size - width
+    for k in range(width):
+        column = values[width * size + k * n : width * size + (k + 1) * n]
+        for i in range(n):
+            column[i] = front[(width + i) * size + k]
 
 
 @jitted
@@ -251,28 +256,126 @@ def solve_fronts(plan, lu, x):
     for k in range(plan.n_below.shape[0]):
         first, width = plan.first[k], plan.first[k + 1] - plan.first[k]
         border = plan.border[plan.border_start[k] : plan.border_start[k + 1]]
-        size = width + border.shape[0]
+        n_border = border.shape[0]
+        size = width + n_border
         values, own = lu.values[plan.value_start[k] : plan.value_start[k + 1]], x[first : first + width]
         for i in range(width):
             chosen = lu.pivots[first + i]
             own[i], own[chosen] = own[chosen], own[i]
         for i in range(1, width):
             own[i] -= scalar_product(values[i * size : i * size + i], own)
-        for i in range(border.shape[0]):
-            row = width * size + i * width
-            x[border[i]] -= scalar_product(values[row : row + width], own)
+        if width >= WIDE:
+            subtract_columns(values[width * size :], own, border, lu.sources, x)
+            continue
+        for i in range(width):
+            factor, column = own[i], values[width * size + i * n_border :]
+            for j in range(unsigned(n_border)):
+                x[unsigned(border[j])] -= factor * column[j]
     for from_end in range(plan.n_below.shape[0]):
         k = plan.n_below.shape[0] - 1 - from_end
         first, width = plan.first[k], plan.first[k + 1] - plan.first[k]
         border = plan.border[plan.border_start[k] : plan.border_start[k + 1]]
         size = width + border.shape[0]
         values = lu.values[plan.value_start[k] : plan.value_start[k + 1]]
+        if width >= WIDE:
+            subtract_border(values, first, width, border, lu.sources, x)
         for i in range(width - 1, -1, -1):
             row = values[i * size : (i + 1) * size]
             total = x[first + i] - scalar_product(row[i + 1 : width], x[first + i + 1 :])
-            for j in range(border.shape[0]):
-                total -= row[width + j] * x[border[j]]
+            if width < WIDE:
+                for j in range(unsigned(border.shape[0])):
+                    total -= row[unsigned(width) + j] * x[unsigned(border[j])]
             x[first + i] = total * row[i]
+
+
+@jitted
+def subtract_columns(columns, own, border, scratch, x):
+    """Subtract from the unknowns of a front's border its columns times its own unknowns.
+
+    Complex columns are multiplied by the real and the imaginary parts one after the other.
+    """
+    reals, width = x.itemsize // 8, own.shape[0]
+    n = border.shape[0] * reals
+    buffer, rows, factors, flat = (
+        scratch.view(np.float64), columns.view(np.float64), own.view(np.float64), x.view(np.float64)
+    )  # fmt: skip
+    by_real, by_imaginary, real, imaginary = (
+        buffer[:n], buffer[n : 2 * n], buffer[2 * n : 2 * n + width], buffer[2 * n + width : 2 * n + 2 * width]
+    )  # fmt: skip
+    for j in range(unsigned(n)):
+        by_real[j] = 0.0
+    for k in range(width):
+        real[k] = factors[k * reals]
+    if reals == 2:
+        for j in range(unsigned(n)):
+            by_imaginary[j] = 0.0
+        for k in range(width):
+            imaginary[k] = factors[2 * k + 1]
+    for k in range(0, width, SOURCES):
+        end = min(k + SOURCES, width)
+        part = rows[k * n : end * n]
+        if reals == 1:
+            subtract_rows(by_real, real[k:end], part, end - k)
+        elif end - k == SOURCES:
+            subtract_from_two(by_real, by_imaginary, real[k:end], imaginary[k:end], part)
+        else:
+            subtract_rows(by_real, real[k:end], part, end - k)
+            subtract_rows(by_imaginary, imaginary[k:end], part, end - k)
+    for j in range(border.shape[0]):
+        i = border[j]
+        if reals == 1:
+            flat[i] += by_real[j]
+        else:
+            flat[2 * i] += by_real[2 * j] - by_imaginary[2 * j + 1]
+            flat[2 * i + 1] += by_real[2 * j + 1] + by_imaginary[2 * j]
+
+
+@jitted
+def subtract_border(values, first, width, border, scratch, x):
+    """Subtract from a front's own unknowns its rows times the unknowns of its border."""
+    reals, n_border = x.itemsize // 8, border.shape[0]
+    n, size = n_border * reals, (width + n_border) * reals
+    buffer, rows, flat = scratch.view(np.float64), values.view(np.float64), x.view(np.float64)
+    known, swapped = buffer[:n], buffer[n : 2 * n]
+    for j in range(n_border):
+        i = border[j]
+        if reals == 1:
+            known[j] = flat[i]
+        else:
+            known[2 * j], known[2 * j + 1] = flat[2 * i], flat[2 * i + 1]
+            swapped[2 * j], swapped[2 * j + 1] = flat[2 * i + 1], flat[2 * i]
+    for i in range(width):
+        row = rows[i * size + width * reals : (i + 1) * size]
+        even, odd = sums_of_products(row, known)
+        if reals == 1:
+            flat[first + i] -= even + odd
+        else:
+            flat[2 * (first + i)] -= even - odd
+            even, odd = sums_of_products(row, swapped)
+            flat[2 * (first + i) + 1] -= even + odd
+
+
+@jitted
+def sums_of_products(row, other):
+    """The sums of products of entries at even and at odd places, eight at a time."""
+    n = unsigned(row.shape[0])
+    whole = n - n % unsigned(8)
+    a, b, c, d, e, f, g, h = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for j in range(unsigned(0), whole, unsigned(8)):
+        a += row[j] * other[j]
+        b += row[j + unsigned(1)] * other[j + unsigned(1)]
+        c += row[j + unsigned(2)] * other[j + unsigned(2)]
+        d += row[j + unsigned(3)] * other[j + unsigned(3)]
+        e += row[j + unsigned(4)] * other[j + unsigned(4)]
+        f += row[j + unsigned(5)] * other[j + unsigned(5)]
+        g += row[j + unsigned(6)] * other[j + unsigned(6)]
+        h += row[j + unsigned(7)] * other[j + unsigned(7)]
+    for j in range(whole, n):
+        if j % unsigned(2) == 0:
+            a += row[j] * other[j]
+        else:
+            b += row[j] * other[j]
+    return a + c + (e + g), b + d + (f + h)
 
 
 @jitted
