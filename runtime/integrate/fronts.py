@@ -12,13 +12,20 @@ from symgen.runtime.integrate.linear import magnitude, unsigned
 # is known beforehand; whether that was enough is for the caller to see.
 
 
+# So many rows of real numbers, or half as many of complex ones, are subtracted from others at a time.
+SOURCES = 8
+# Fronts of so many columns are solved with by arithmetic of real numbers, several rows or columns at a time.
+WIDE = 4
+
+
 class FrontLU(NamedTuple):
     """Factors of a matrix of n rows by a `FrontPlan`, and work arrays.
 
     Attributes
     ----------
     values : ndarray, shape (value_start[-1],), real or complex
-        For each front of s columns, its first s rows, with the reciprocals of the pivots; then s columns of the others.
+        For each front of s columns, its first s rows, with the reciprocals of the pivots; then s columns of the others,
+        one behind the other.
     front : ndarray, shape (largest²,)
         The front that is being eliminated, row by row.
     waiting : ndarray, shape (n_waiting,)
@@ -27,6 +34,8 @@ class FrontLU(NamedTuple):
         The row, in its front, that was swapped with each.
     held : ndarray of int64, shape (n,)
         The fronts of what is waiting.
+    sources : ndarray, shape (SOURCES * largest,), real or complex
+        Rows whose multiples are subtracted from others.
     """
 
     values: np.ndarray
@@ -34,6 +43,7 @@ class FrontLU(NamedTuple):
     waiting: np.ndarray
     pivots: np.ndarray
     held: np.ndarray
+    sources: np.ndarray
 
 
 @jitted
@@ -56,7 +66,7 @@ def eliminate_fronts(plan, entries, lu):
             n = above.shape[0]
             end -= n * n
             add_handed_on(lu.waiting[end : end + n * n], above, size, front)
-        status = eliminate_front(front, size, width, lu.pivots[first : first + width])
+        status = eliminate_front(front, size, width, lu.pivots[first : first + width], lu.sources)
         if status != at.RUNNING:
             return status
         keep_factors(front, size, width, lu.values[plan.value_start[k] : plan.value_start[k + 1]])
@@ -87,12 +97,59 @@ def add_handed_on(handed, above, size, front):
 
 
 @jitted
-def eliminate_front(front, size, width, pivots):
+def eliminate_front(front, size, width, pivots, sources):
     """Eliminate the first `width` columns of a full matrix, with pivots in as many rows; returns a status.
 
-    What is left below needs the factors of these rows only, and takes four of them at a time.
+    A few columns at a time: what stands right of them takes all of their rows at once. A complex multiple f a is
+    Re f times a and Im f times i a, so that this is arithmetic of real numbers only.
+
+    Parameters
+    ----------
+    sources : ndarray, shape (SOURCES * largest,), real or complex
+        Scratch.
     """
-    for k in range(width):
+    reals = front.itemsize // 8
+    flat, rows = front.view(np.float64), sources.view(np.float64)
+    step = SOURCES // reals
+    for k in range(0, width, step):
+        end = min(k + step, width)
+        status = eliminate_panel(front, size, width, k, end, pivots)
+        if status != at.RUNNING:
+            return status
+        length, n = (size - end) * reals, 0
+        if length == 0:
+            continue
+        for i in range(k, end):
+            first = i * size * reals
+            row = flat[first + end * reals : first + size * reals]
+            subtract_rows(row, flat[first + k * reals : first + i * reals], rows, n)
+            copy_entries(row, rows[n * length : (n + 1) * length])
+            n += 1
+            if reals == 2:
+                turn_entries(row, rows[n * length : (n + 1) * length])
+                n += 1
+        i = end
+        if n == SOURCES:
+            while i + 1 < size:
+                first, second = i * size * reals, (i + 1) * size * reals
+                subtract_from_two(
+                    flat[first + end * reals : first + size * reals], flat[second + end * reals : second + size * reals],
+                    flat[first + k * reals : first + end * reals], flat[second + k * reals : second + end * reals],
+                    rows,
+                )  # fmt: skip
+                i += 2
+        while i < size:
+            first = i * size * reals
+            row = flat[first + end * reals : first + size * reals]
+            subtract_rows(row, flat[first + k * reals : first + end * reals], rows, n)
+            i += 1
+    return at.RUNNING
+
+
+@jitted
+def eliminate_panel(front, size, width, begin, end, pivots):
+    """Eliminate columns `begin` to `end`, within these; rows swapped are so in all columns. Returns a status."""
+    for k in range(begin, end):
         best, chosen = 0.0, k
         for i in range(k, width):
             found = magnitude(front[i * size + k])
@@ -108,52 +165,89 @@ def eliminate_front(front, size, width, pivots):
                 row[j], other[j] = other[j], row[j]
         inverse = 1.0 / row[k]
         row[k] = inverse
-        for i in range(k + 1, width):
+        for i in range(k + 1, size):
             factor = front[i * size + k] * inverse
             front[i * size + k] = factor
-            subtract(front[i * size + k + 1 : (i + 1) * size], factor, row[k + 1 :])
-    for i in range(width, size):
-        row = front[i * size : (i + 1) * size]
-        for k in range(width):
-            factor = row[k] * front[k * size + k]
-            row[k] = factor
-            subtract(row[k + 1 : width], factor, front[k * size + k + 1 : k * size + width])
-        rest, k = row[width:], 0
-        while k + 4 <= width:
-            a, b, c, d = k * size, (k + 1) * size, (k + 2) * size, (k + 3) * size
-            subtract_four(
-                rest, row[k : k + 4], front[a + width : a + size], front[b + width : b + size],
-                front[c + width : c + size], front[d + width : d + size],
-            )  # fmt: skip
-            k += 4
-        while k < width:
-            subtract(rest, row[k], front[k * size + width : (k + 1) * size])
-            k += 1
+            for j in range(k + 1, end):
+                front[i * size + j] -= factor * row[j]
     return at.RUNNING
 
 
+@jitted(distinct_arrays=True)
+def turn_entries(source, target):
+    """Write i times complex numbers, real and imaginary parts in turns."""
+    for j in range(unsigned(source.shape[0] // 2)):
+        target[2 * j] = -source[2 * j + 1]
+        target[2 * j + 1] = source[2 * j]
+
+
 @jitted
+def subtract_rows(target, factors, rows, n):
+    """Subtract multiples of the first `n` of `rows`, each as long as `target`."""
+    length, k = target.shape[0], 0
+    if k + SOURCES <= n:
+        subtract_eight(target, factors, rows)
+        k = SOURCES
+    while k + 2 <= n:
+        first, second = k * length, (k + 1) * length
+        subtract_two(
+            target, factors[k], factors[k + 1], rows[first : first + length], rows[second : second + length]
+        )
+        k += 2
+    if k < n:
+        subtract(target, factors[k], rows[k * length : (k + 1) * length])
+
+
+@jitted(distinct_arrays=True)
 def subtract(target, factor, source):
     """Subtract a multiple of `source` from `target`."""
     for j in range(unsigned(target.shape[0])):
         target[j] -= factor * source[j]
 
 
-@jitted
-def subtract_four(target, factors, a, b, c, d):
-    """Subtract multiples of four rows from `target`."""
-    f, g, h, i = factors[0], factors[1], factors[2], factors[3]
+@jitted(distinct_arrays=True)
+def subtract_two(target, f, g, a, b):
+    """Subtract multiples of two rows from `target`."""
     for j in range(unsigned(target.shape[0])):
-        target[j] -= f * a[j] + g * b[j] + (h * c[j] + i * d[j])
+        target[j] -= f * a[j] + g * b[j]
+
+
+@jitted(distinct_arrays=True)
+def subtract_eight(target, factors, rows):
+    """Subtract multiples of eight rows from `target`."""
+    a, b, c, d = factors[0], factors[1], factors[2], factors[3]
+    e, f, g, h = factors[4], factors[5], factors[6], factors[7]
+    n = unsigned(target.shape[0])
+    for j in range(n):
+        first = a * rows[j] + b * rows[n + j] + (c * rows[2 * n + j] + d * rows[3 * n + j])
+        second = e * rows[4 * n + j] + f * rows[5 * n + j] + (g * rows[6 * n + j] + h * rows[7 * n + j])
+        target[j] -= first + second
+
+
+@jitted(distinct_arrays=True)
+def subtract_from_two(target, other, factors, others, rows):
+    """Subtract multiples of eight rows from two."""
+    a, b, c, d = factors[0], factors[1], factors[2], factors[3]
+    e, f, g, h = factors[4], factors[5], factors[6], factors[7]
+    p, q, r, s = others[0], others[1], others[2], others[3]
+    t, u, v, w = others[4], others[5], others[6], others[7]
+    n = unsigned(target.shape[0])
+    for j in range(n):
+        i, k, l, m = rows[j], rows[n + j], rows[2 * n + j], rows[3 * n + j]
+        o, x, y, z = rows[4 * n + j], rows[5 * n + j], rows[6 * n + j], rows[7 * n + j]
+        target[j] -= a * i + b * k + (c * l + d * m) + (e * o + f * x + (g * y + h * z))
+        other[j] -= p * i + q * k + (r * l + s * m) + (t * o + u * x + (v * y + w * z))
 
 
 @jitted
 def keep_factors(front, size, width, values):
     """Copy the factors of a front: its first `width` rows, then as many columns of the others."""
     copy_entries(front[: width * size], values[: width * size])
-    for i in range(width, size):
-        first = width * size + (i - width) * width
-        copy_entries(front[i * size : i * size + width], values[first : first + width])
+    n = size - width
+    for k in range(width):
+        column = values[width * size + k * n : width * size + (k + 1) * n]
+        for i in range(n):
+            column[i] = front[(width + i) * size + k]
 
 
 @jitted
@@ -162,28 +256,126 @@ def solve_fronts(plan, lu, x):
     for k in range(plan.n_below.shape[0]):
         first, width = plan.first[k], plan.first[k + 1] - plan.first[k]
         border = plan.border[plan.border_start[k] : plan.border_start[k + 1]]
-        size = width + border.shape[0]
+        n_border = border.shape[0]
+        size = width + n_border
         values, own = lu.values[plan.value_start[k] : plan.value_start[k + 1]], x[first : first + width]
         for i in range(width):
             chosen = lu.pivots[first + i]
             own[i], own[chosen] = own[chosen], own[i]
         for i in range(1, width):
             own[i] -= scalar_product(values[i * size : i * size + i], own)
-        for i in range(border.shape[0]):
-            row = width * size + i * width
-            x[border[i]] -= scalar_product(values[row : row + width], own)
+        if width >= WIDE:
+            subtract_columns(values[width * size :], own, border, lu.sources, x)
+            continue
+        for i in range(width):
+            factor, column = own[i], values[width * size + i * n_border :]
+            for j in range(unsigned(n_border)):
+                x[unsigned(border[j])] -= factor * column[j]
     for from_end in range(plan.n_below.shape[0]):
         k = plan.n_below.shape[0] - 1 - from_end
         first, width = plan.first[k], plan.first[k + 1] - plan.first[k]
         border = plan.border[plan.border_start[k] : plan.border_start[k + 1]]
         size = width + border.shape[0]
         values = lu.values[plan.value_start[k] : plan.value_start[k + 1]]
+        if width >= WIDE:
+            subtract_border(values, first, width, border, lu.sources, x)
         for i in range(width - 1, -1, -1):
             row = values[i * size : (i + 1) * size]
             total = x[first + i] - scalar_product(row[i + 1 : width], x[first + i + 1 :])
-            for j in range(border.shape[0]):
-                total -= row[width + j] * x[border[j]]
+            if width < WIDE:
+                for j in range(unsigned(border.shape[0])):
+                    total -= row[unsigned(width) + j] * x[unsigned(border[j])]
             x[first + i] = total * row[i]
+
+
+@jitted
+def subtract_columns(columns, own, border, scratch, x):
+    """Subtract from the unknowns of a front's border its columns times its own unknowns.
+
+    Complex columns are multiplied by the real and the imaginary parts one after the other.
+    """
+    reals, width = x.itemsize // 8, own.shape[0]
+    n = border.shape[0] * reals
+    buffer, rows, factors, flat = (
+        scratch.view(np.float64), columns.view(np.float64), own.view(np.float64), x.view(np.float64)
+    )  # fmt: skip
+    by_real, by_imaginary, real, imaginary = (
+        buffer[:n], buffer[n : 2 * n], buffer[2 * n : 2 * n + width], buffer[2 * n + width : 2 * n + 2 * width]
+    )  # fmt: skip
+    for j in range(unsigned(n)):
+        by_real[j] = 0.0
+    for k in range(width):
+        real[k] = factors[k * reals]
+    if reals == 2:
+        for j in range(unsigned(n)):
+            by_imaginary[j] = 0.0
+        for k in range(width):
+            imaginary[k] = factors[2 * k + 1]
+    for k in range(0, width, SOURCES):
+        end = min(k + SOURCES, width)
+        part = rows[k * n : end * n]
+        if reals == 1:
+            subtract_rows(by_real, real[k:end], part, end - k)
+        elif end - k == SOURCES:
+            subtract_from_two(by_real, by_imaginary, real[k:end], imaginary[k:end], part)
+        else:
+            subtract_rows(by_real, real[k:end], part, end - k)
+            subtract_rows(by_imaginary, imaginary[k:end], part, end - k)
+    for j in range(border.shape[0]):
+        i = border[j]
+        if reals == 1:
+            flat[i] += by_real[j]
+        else:
+            flat[2 * i] += by_real[2 * j] - by_imaginary[2 * j + 1]
+            flat[2 * i + 1] += by_real[2 * j + 1] + by_imaginary[2 * j]
+
+
+@jitted
+def subtract_border(values, first, width, border, scratch, x):
+    """Subtract from a front's own unknowns its rows times the unknowns of its border."""
+    reals, n_border = x.itemsize // 8, border.shape[0]
+    n, size = n_border * reals, (width + n_border) * reals
+    buffer, rows, flat = scratch.view(np.float64), values.view(np.float64), x.view(np.float64)
+    known, swapped = buffer[:n], buffer[n : 2 * n]
+    for j in range(n_border):
+        i = border[j]
+        if reals == 1:
+            known[j] = flat[i]
+        else:
+            known[2 * j], known[2 * j + 1] = flat[2 * i], flat[2 * i + 1]
+            swapped[2 * j], swapped[2 * j + 1] = flat[2 * i + 1], flat[2 * i]
+    for i in range(width):
+        row = rows[i * size + width * reals : (i + 1) * size]
+        even, odd = sums_of_products(row, known)
+        if reals == 1:
+            flat[first + i] -= even + odd
+        else:
+            flat[2 * (first + i)] -= even - odd
+            even, odd = sums_of_products(row, swapped)
+            flat[2 * (first + i) + 1] -= even + odd
+
+
+@jitted
+def sums_of_products(row, other):
+    """The sums of products of entries at even and at odd places, eight at a time."""
+    n = unsigned(row.shape[0])
+    whole = n - n % unsigned(8)
+    a, b, c, d, e, f, g, h = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for j in range(unsigned(0), whole, unsigned(8)):
+        a += row[j] * other[j]
+        b += row[j + unsigned(1)] * other[j + unsigned(1)]
+        c += row[j + unsigned(2)] * other[j + unsigned(2)]
+        d += row[j + unsigned(3)] * other[j + unsigned(3)]
+        e += row[j + unsigned(4)] * other[j + unsigned(4)]
+        f += row[j + unsigned(5)] * other[j + unsigned(5)]
+        g += row[j + unsigned(6)] * other[j + unsigned(6)]
+        h += row[j + unsigned(7)] * other[j + unsigned(7)]
+    for j in range(whole, n):
+        if j % unsigned(2) == 0:
+            a += row[j] * other[j]
+        else:
+            b += row[j] * other[j]
+    return a + c + (e + g), b + d + (f + h)
 
 
 @jitted

@@ -152,7 +152,7 @@ def factor_shifted(pattern, g, sizes, y, entries, values, lu):
         values[pattern.slot[e]] += u
         values[pattern.slot[e + 1]] += v
         values[pattern.slot[e + 2]] += w
-    scale_constraints(pattern, sizes[at.NV], values, lu.pivoted)
+    scale_constraints(pattern, sizes[at.NV], values, lu)
     return factor_newton(pattern, sizes[at.NV], values, lu)
 
 

@@ -38,7 +38,7 @@ from symgen.runtime.integrate.sparse import (
 )
 
 # Besides `ConstrainedAlpha`: the pattern of a model's Newton matrices (`NewtonPattern`).
-SparseAlpha = namedtuple("SparseAlpha", (*ConstrainedAlpha._fields, "pattern"))
+SparseAlpha = namedtuple("SparseAlpha", (*ConstrainedAlpha._fields, "pattern", "spare"))
 
 
 class SparseAlphaWork(NamedTuple):
@@ -105,7 +105,7 @@ def sparse_alpha_work(method, sizes, work):
     size = pattern.rows.shape[0]
     values, rest = rest[:size], rest[size:]
     size = newton_lu_size(pattern, nv, 1)
-    lu, rest = newton_lu(pattern, nv, rest[:size]), rest[size:]
+    lu, rest = newton_lu(pattern, nv, rest[:size], method.spare), rest[size:]
     return SparseAlphaWork(
         numbers, vectors, multipliers, stabiliser, gradient, arguments, residual, drift, right, y_new, row, entries,
         turn, values, lu, rest,
@@ -153,7 +153,7 @@ def turn_of_constraints(loop, t1, w):
 def factor_values(method, loop, w):
     """Factor the matrix with the entries `w.values`; returns a status."""
     loop.counters[at.FACTORISATIONS] += 1
-    scale_constraints(method.pattern, loop.sizes[at.NV], w.values, w.lu.pivoted)
+    scale_constraints(method.pattern, loop.sizes[at.NV], w.values, w.lu)
     return factor_newton(method.pattern, loop.sizes[at.NV], w.values, w.lu)
 
 

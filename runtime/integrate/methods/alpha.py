@@ -66,9 +66,9 @@ def _sparse(full: Method) -> Method:
 
     def coefficients(system: System) -> Any:
         pattern = resolve("symgen.runtime.integrate.sparse:newton_pattern")(system)
-        return resolve("symgen.runtime.integrate.sparse_alpha:SparseAlpha")(
-            *full.coefficients(system), pattern
-        )
+        spare = resolve("symgen.runtime.integrate.newton_lu:new_spare")(pattern, 0)
+        sparse = resolve("symgen.runtime.integrate.sparse_alpha:SparseAlpha")
+        return sparse(*full.coefficients(system), pattern, spare)
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
         return int(

@@ -30,7 +30,9 @@ def _radau(order: int) -> tuple[Method, Method]:
 
     def sparse_coefficients(system: System) -> Any:
         pattern = resolve("symgen.runtime.integrate.sparse:newton_pattern")(system)
-        return resolve("symgen.runtime.integrate.radau.sparse:SparseRadauIIA")(*coefficients(system), pattern)
+        spare = resolve("symgen.runtime.integrate.newton_lu:new_spare")(pattern, n_stages // 2)
+        sparse = resolve("symgen.runtime.integrate.radau.sparse:SparseRadauIIA")
+        return sparse(*coefficients(system), pattern, spare)
 
     def sparse_work_size(coefficients: Any, sizes: np.ndarray) -> int:
         return int(

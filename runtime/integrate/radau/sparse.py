@@ -109,7 +109,7 @@ def sparse_radau_work(method, sizes, work):
     right, rest = rest[:n], rest[n:]
     complex_right, rest = rest[: 2 * n].view(np.complex128), rest[2 * n :]
     size = newton_lu_size(pattern, nv, 1)
-    real, rest = newton_lu(pattern, nv, rest[:size]), rest[size:]
+    real, rest = newton_lu(pattern, nv, rest[:size], method.spare), rest[size:]
     size = newton_lu_size(pattern, nv, 2)
     complex_, rest = rest[: k * size].reshape((k, size)), rest[k * size :]
     return SparseRadauWork(
@@ -121,11 +121,11 @@ def sparse_radau_work(method, sizes, work):
 @jitted
 def pair_factors(method, k, w):
     """The factors for ν of pair `k`."""
-    return complex_newton_lu(method.pattern, w.pairs.shape[1] // 2, w.complex[k])
+    return complex_newton_lu(method.pattern, w.pairs.shape[1] // 2, k, w.complex[k], method.spare)
 
 
-# Besides `RadauIIA`: the pattern of a model's Newton matrices (`NewtonPattern`).
-SparseRadauIIA = namedtuple("SparseRadauIIA", (*RadauIIA._fields, "pattern"))
+# Besides `RadauIIA`: the pattern of a model's Newton matrices (`NewtonPattern`), and what `new_spare` returns.
+SparseRadauIIA = namedtuple("SparseRadauIIA", (*RadauIIA._fields, "pattern", "spare"))
 
 
 @jitted
