@@ -96,7 +96,7 @@ def required_functions(header: Mapping[str, Any]) -> Iterator[str]:
         yield "time_terms"
     if header.get("switches"):
         yield "switches"
-        yield from (CLOSED + name for name in SWITCHED)
+        yield from (CLOSED + name for name in SWITCHED if CLOSED + name not in late)
 
 
 def setting_names(header: Mapping[str, Any]) -> list[str]:

@@ -119,10 +119,18 @@ class ModuleSource:
         moved = set(names.values())
         functions, lines, facts = (
             {name: x for name, x in old.items() if name not in moved}
-            | {n: old[there] for n, there in names.items()}
+            | {n: old[there] for n, there in names.items() if there in old}
             for old in (self.functions, self.lines, self._facts)
         )
-        result = replace(self, header=header, functions=functions, lines=lines)
+        late = [name for name, there in names.items() if there in self.late]
+        late += [name for name in self.late if name not in moved and name not in names]
+        header = {key: x for key, x in header.items() if key != "late"} | ({"late": late} if late else {})
+
+        def rest() -> ModuleSource:
+            whole = self.whole()
+            return whole.renamed({key: x for key, x in header.items() if key != "late"}, names)
+
+        result = replace(self, header=header, functions=functions, lines=lines, rest=rest if late else None)
         result.__dict__["_facts"] = facts
         return result
 

@@ -185,6 +185,11 @@ def has_switches(d: Description) -> bool:
     return bool(d.stops or d.frictions)
 
 
+def n_switches(d: Description) -> int:
+    """How many rows stops and frictions add to the equations of the form with switches."""
+    return len(d.stops) + sum(len(f.rows) for f in d.frictions)
+
+
 def _symbol(name: str, key: str) -> algebra.Symbol:
     return algebra.Symbol(f"{key} {name}")  # no name of a model has a space in it
 

@@ -22,7 +22,7 @@ from .header import header
 from .input_rates import with_input_rates
 from .jumps import with_branches
 from .marks import Mark, height_function, mark_function, mark_records, marks
-from .program import Function, Program
+from .program import CLOSED_PREFIX, Function, Program
 from .solve import factorise as ldl
 from .starts import levels, start_conditions, start_function, start_record
 from .structure import structure
@@ -59,7 +59,7 @@ def derive(
     jacobian : bool
         Whether there are functions for the derivatives of `rhs`; not of models with stops or dry friction.
     late : collection of str
-        Functions that are left out, and named in the header; none of models with stops or dry friction.
+        Functions that are left out, and named in the header, those with stops closed by names of their own.
 
     Returns
     -------
@@ -68,7 +68,8 @@ def derive(
     drawn = description
     description = with_balances(with_input_rates(description))
     if has_switches(description):
-        return derive_switched(description, source)
+        return derive_switched(description, source, late)
+    late = [name for name in late if not name.startswith(CLOSED_PREFIX)]
     d = Derivation(with_branches(description, description), articulated=articulated, own=description)
     found = marks(d.description if description is drawn else with_rates(drawn))
     own = tuple(functions(d, gathered, late))
@@ -86,14 +87,15 @@ def derive(
     if jacobian:
         head["jacobian"] = True
     if late:
-        head["late"] = list(late)
+        head["late"] = late
     head |= solves(program) | _start_record(d)
     head["inputs"] = head["inputs"][: len(description.inputs)]
     return replace(program, header=head, findings=tuple(structure(d).findings))
 
 
-def derive_switched(description: Description, source: str) -> Program:
+def derive_switched(description: Description, source: str, late: Collection[str]) -> Program:
     """Derive a model with stops or dry friction twice: with all of them open and sliding, and with each on a switch."""
+    of_closed = {name.removeprefix(CLOSED_PREFIX) for name in late if name.startswith(CLOSED_PREFIX)}
     switches = Switches.of(description)
     d = Derivation(with_branches(switches.form(), description), switches, own=description)
     closed = Derivation(with_branches(switches.closed.form(), description), switches.closed, own=description)
@@ -101,9 +103,9 @@ def derive_switched(description: Description, source: str) -> Program:
         own.name_forces(form.loader, form.description, form.multipliers, form.margins)
     d.does_work = closed.does_work = not (d.conservative and closed.conservative)
     watched = Function("switches", *switches.watched(d.loader))
-    second = Program(closed.g, tuple(f for f in functions(closed) if f.name in SWITCHED), {})
+    second = Program(closed.g, tuple(f for f in functions(closed, late=of_closed) if f.name in SWITCHED), {})
     found = marks(description)
-    own = tuple(functions(d))
+    own = tuple(functions(d, late=late))
     own += (
         *drawn_marks(d, found),
         *start_function(d.loader, description),
@@ -121,6 +123,7 @@ def derive_switched(description: Description, source: str) -> Program:
         **_start_record(d),
         **mark_records(found),
         **term_count(own),
+        **({"late": list(late)} if late else {}),
     }
     second = replace(second, header=switches.closed_header(head))
     return replace(program, header=head, findings=tuple(structure(d).findings), closed=second)

@@ -13,7 +13,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import reduce
+from functools import cached_property, reduce
 
 from . import algebra
 from .elements import Vector, scalar_product
@@ -97,39 +97,44 @@ class Boxes:
 
         `gaps` are those of the corners; what the two may differ by is a `share` of the least half edge.
         """
-        apart = self._sides()
+        apart = reduce(_larger, self.sides_apart)
         if len(self.a.halves) == 3:
-            apart = _larger(apart, self._edges())
-        least = reduce(_smaller, (*self.a.halves, *self.b.halves))
+            apart = _larger(apart, reduce(_larger, self.edges_apart))
         pressed = negated(reduce(_smaller, gaps, algebra.ZERO))
-        return total([apart, pressed, product([share, least])])
+        return total([apart, pressed, product([share, self.least])])
 
-    def _sides(self) -> algebra.Expr:
-        """How far the boxes are apart along the normals of both."""
+    @cached_property
+    def least(self) -> algebra.Expr:
+        """The least half edge of both."""
+        return self.define(reduce(_smaller, (*self.a.halves, *self.b.halves)))
+
+    @cached_property
+    def sides_apart(self) -> list[algebra.Expr]:
+        """How far the boxes are apart along the normals of the first, and of the second."""
         columns = zip(*self.cosines)
-        distances = [
-            total(
+        return [
+            self.define(total(
                 [
                     self._size(x),
                     negated(own),
                     *(negated(product([h, self._size(c)])) for h, c in zip(halves, row)),
                 ]
-            )
+            ))
             for middle, halves_own, halves, rows in (
                 (self.along_a, self.a.halves, self.b.halves, self.cosines),
                 (self.along_b, self.b.halves, self.a.halves, columns),
             )
             for x, own, row in zip(middle, halves_own, rows)
         ]
-        return self.define(reduce(_larger, distances))
 
-    def _edges(self) -> algebra.Expr:
-        """How far the boxes are apart along the cross product of two edges that says most."""
+    @cached_property
+    def edges_apart(self) -> list[algebra.Expr]:
+        """How far the boxes are apart along the cross product of an edge of the first and one of the second."""
         found = []
         for i, j in itertools.product(range(3), repeat=2):
             reach, square = self._between(i, j)
             found.append(self.define(product([reach, algebra.Pow(square, -HALF, evaluate=False)])))
-        return self.define(reduce(_larger, found))
+        return found
 
     def _between(self, i: int, j: int) -> tuple[algebra.Expr, algebra.Expr]:
         """How far the boxes are apart along the cross product of two edges, times its length, and that squared."""

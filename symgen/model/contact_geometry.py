@@ -22,6 +22,7 @@ from . import algebra
 from .boxes import RIGID_SHARE, SOFT_SHARE, Block, Boxes, Meeting
 from .contact_pairs import solids_of
 from .convex import MOST_LOOKED_AT, Convex, Solids, looked_at
+from .crossing_edges import CrossingEdges
 from .description import Body, Contact, ContactPair, Description, Event, Friction, Solid, Stop
 from .elements import Vector, Writer, scalar_product
 from .functions import dot, smooth_minimum
@@ -339,10 +340,12 @@ class _Geometry:
 
     def _boxes(self, a: Block, b: Block) -> Iterator[Meeting]:
         boxes = Boxes(a, b, self._define)
-        corners = list(boxes.corners())
+        places = list(boxes.corners())
         share = RIGID_SHARE if self.pair.stiffness is None else SOFT_SHARE
-        self.crossed.append(boxes.crossed([corner.gap for corner in corners], share))
-        yield from corners
+        if not self.planar:
+            places += CrossingEdges(boxes, share).meetings()
+        self.crossed.append(boxes.crossed([place.gap for place in places], share))
+        yield from places
 
     def _solids(self, a: Convex, b: Convex) -> Iterator[Meeting]:
         self._bound(len(a.points) + len(b.points))

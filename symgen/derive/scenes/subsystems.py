@@ -15,7 +15,7 @@ from symgen.runtime.graph.spelling import reset_function
 from ...model import algebra
 from ...model.description import Description
 from .. import pipeline, sensitivity
-from ..contacts import has_switches
+from ..contacts import has_switches, n_switches
 from ..derivation import Derivation
 from ..graph.copying import copied
 from ..graph.graph import Graph
@@ -127,7 +127,7 @@ def copied_nodes(g: Graph, own: Graph, member: Component, wanted: list[int]) -> 
 
 LONGEST_LIST = 4  # names in a comment
 MOST_KINDS = 10  # in the findings
-# Rates of a model from which on functions are left out until a run asks for them: then they are half of the work and
+# Rates of a model, and rows of stops and frictions, from which on functions are left out until a run asks for them: then they are half of the work and
 # more (docs/benchmarks.md), and of smaller models a matter of milliseconds.
 FEWEST_RATES = 20
 
@@ -159,7 +159,7 @@ def derive(
     whole = whole or description.start or description.balanced or inputs_held(description)
     kinds = [] if whole else split(description)
     if not kinds or (len(kinds) == 1 and len(kinds[0]) == 1):
-        large = len(description.rates) >= FEWEST_RATES and not has_switches(description)
+        large = len(description.rates) + n_switches(description) >= FEWEST_RATES
         return _with_savings(pipeline.derive(description, source, late=LATE if on_demand and large else ()))
     derivations = [Derivation(kind[0].description) for kind in kinds]
     parts = _parts(kinds, derivations)
