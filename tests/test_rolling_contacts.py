@@ -12,6 +12,7 @@ from symgen import Model, load
 from symgen.errors import ModelError
 from symgen.link import derive
 from symgen.model.toml_reader import read_text
+from symgen.runtime.errors import RuntimeModelError
 
 TURNTABLE = """
 [parameters]
@@ -390,16 +391,33 @@ def test_what_surfaces_have_not():
         m.joint("j", "free", "b")
         x, y = np.meshgrid(range(3), range(3))
         m.table("land", columns=[y.ravel(), x.ravel(), np.zeros(9)], kind="cubic", outside="extend")
+        m.table("steps", columns=[[0, 1, 2], [0, 1, 0]], kind="linear", outside="extend")
         m.rolling("r", "b", **given)
         return m.describe()
 
     for given, says in (
         ({"knife": (1, 0, 0), "height": "here_x"}, "a blade glides on a plane"),
         ({"ball": 0.1, "height": "here_x + here_z"}, "does not depend on 'here_z'"),
-        ({"ball": 0.1, "height": "land(here_x, here_y)"}, "a surface that is a table"),
+        ({"ball": 0.1, "height": "land(here_x, here_y)"}, "or let it touch by [contacts]"),
+        ({"ball": 0.1, "height": "steps(here_x)"}, "or let it touch by [contacts]"),
         ({"ball": 0.1, "height": "abs(here_x)"}, "height"),
         ({"ball": 0.1, "height": "here_x + t"}, "'t'"),
     ):
         with pytest.raises(ModelError) as error:
             model(**given)
         assert says in str(error.value) + str(error.value.hint), str(error.value)
+
+
+def test_a_wheel_that_lies_flat_is_told_so():
+    m = Model("flat", gravity=(0, 0, "-9.81 m/s^2"))
+    m.body("rim", mass=1, inertia=[0.02, 0.02, 0.04])
+    m.joint("free", "free", "rim", guess=[0, 0, 0.3, 1, 0, 0, 0])
+    m.rolling("edge", "rim", wheel=0.3)
+    system = m.derive()
+    with pytest.raises(
+        RuntimeModelError, match="wheel 'edge' touches with all of its rim where it lies flat"
+    ):
+        system.run(t_end=0.1)
+    lean = Rotation.from_euler("x", 0.7).as_quat()[[3, 0, 1, 2]]  # without spin it falls
+    start = dict(zip(("free_qw", "free_qx", "free_qy", "free_qz"), lean))
+    assert "lies flat" in system.run(t_end=1.0, start=start).message
