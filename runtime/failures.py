@@ -62,14 +62,16 @@ def failure_message(status: int, system: System, method: Method, arrays: LoopArr
     if status == at.NOT_FINITE or (status == at.PROJECTION_FAILED and not system.m):
         return _not_finite(system, method, arrays, when)
     if status == at.PROJECTION_FAILED:
+        name = worst_constraint(system, arrays)
+        remark = system.remark(name)
+        cause = (
+            f"{remark}; if it does there, end the run before"
+            if remark
+            else "the mechanism may be locked there; check its geometry"
+        )
         return (
-            f"The state cannot be brought back onto constraint {worst_constraint(system, arrays)!r} after {when}: "
-            + (
-                "try a smaller --step"
-                if not method.adaptive
-                else "the mechanism may be locked there; check its geometry"
-            )
-            + "."
+            f"The state cannot be brought back onto constraint {name!r} after {when}: "
+            f"{cause if method.adaptive else 'try a smaller --step'}."
         )
     if status == at.NEWTON_FAILED:
         remedy = "try a smaller --step" if not method.adaptive else "try --method dop853"

@@ -201,6 +201,10 @@ class System(ModelFunctions):
             self.__dict__["_values_of_runs"] = make and make()
         return self.__dict__["_values_of_runs"]
 
+    def remark(self, constraint: str) -> str:
+        """Return where a constraint has no meaning, as far as the description is at hand and says so."""
+        return self.values_of_runs.remark(constraint) if self.values_of_runs is not None else ""
+
     def refuse_values(self, p: np.ndarray) -> None:
         """Raise RuntimeModelError where parameters are none that the model's description allows, if that is at hand."""
         n = len(self.parameters)

@@ -531,3 +531,54 @@ def test_a_rope_with_damping_is_let_go(method):
     run = m.derive().run(t_end=2.0, method=method, **settings)
     assert run.status == "success"
     assert [run["y"][-1], run["dot(y)"][-1]] == pytest.approx(expected, abs=2e-5)
+
+
+def test_a_body_hangs_on_turned_frames_as_newton_and_euler_say():
+    """A bushing between two turned frames, a spring between points, a torque in a frame; by hand, as vectors."""
+    at_world, at_body = np.array([0.05, 0.02, 0.1]), np.array([0.02, -0.03, 0.12])
+    rpy_world, rpy_body = (0.3, -0.2, 0.5), (0.1, 0.4, -0.3)
+    stiff, damp = np.array([900.0, 700, 1100, 20, 25, 15]), np.array([3.0, 2, 4, 0.1, 0.2, 0.15])
+    m = Model("hung", gravity=(0, 0, "-9.81 m/s^2"))
+    m.body("b", shape={"cylinder": [0.05, 0.3]}, density=2000.0)
+    m.joint("f", "free", "b", start=[0.1, 0, 0, 1, 0, 0, 0], rate=[0, 0.2, 0, 0.3, -0.2, 0.5])
+    m.frame("fw", body="world", at=at_world.tolist(), rpy=rpy_world)
+    m.frame("fb", body="b", at=at_body.tolist(), rpy=rpy_body)
+    m.bushing("mount", frames=["fw", "fb"], stiffness=stiff.tolist(), damping=damp.tolist())
+    m.point("hook", "world", at=[0.5, 0.1, 0.2])
+    m.point("eye", "b", at=[0, 0.05, -0.1])
+    m.spring("spring", points=["hook", "eye"], stiffness=150, length=0.4, damping=2, preload=1.5)
+    m.load("motor", body="b", torque=[0.1, 0.2, -0.3], frame="fb")
+    run = m.derive().run(t_end=0.6, method="dop853", rtol=1e-11, atol=1e-13)
+
+    mass = 2000 * np.pi * 0.05**2 * 0.3
+    inertia = mass * np.array([(3 * 0.05**2 + 0.3**2) / 12] * 2 + [0.05**2 / 2])
+    world, own = (Rotation.from_euler("xyz", rpy).as_matrix() for rpy in (rpy_world, rpy_body))
+
+    def rates(_, y):
+        place, turn, v, w = y[:3], y[3:7], y[7:10], y[10:]  # w in the body's axes
+        body = Rotation.from_quat(turn).as_matrix()
+        omega, frame = body @ w, body @ own
+        relative = world.T @ frame
+        angles = Rotation.from_matrix(relative).as_euler("XYZ")
+        axes = np.column_stack(
+            [[1, 0, 0], Rotation.from_euler("x", angles[0]).apply([0, 1, 0]), relative[:, 2]]
+        )
+        angle_rates = np.linalg.solve(axes, world.T @ omega)
+        bound = np.linalg.solve(axes.T, -stiff[3:] * angles - damp[3:] * angle_rates)
+        arm, hold = body @ at_body, body @ np.array([0, 0.05, -0.1])
+        away = world.T @ (place + arm - at_world)
+        mount = -world @ (stiff[:3] * away + damp[:3] * (world.T @ (v + np.cross(omega, arm))))
+        line = place + hold - [0.5, 0.1, 0.2]
+        length = np.linalg.norm(line)
+        line /= length
+        pull = -line * (150 * (length - 0.4) + 2 * line @ (v + np.cross(omega, hold)) + 1.5)
+        torque = np.cross(arm, mount) + np.cross(hold, pull) + world @ bound + frame @ [0.1, 0.2, -0.3]
+        x, y, z, s = turn
+        turning = 0.5 * np.array([[s, -z, y], [z, s, -x], [-y, x, s], [-x, -y, -z]]) @ w
+        force = np.array([0, 0, -9.81 * mass]) + mount + pull
+        return [*v, *turning, *(force / mass), *((body.T @ torque - np.cross(w, inertia * w)) / inertia)]
+
+    start = [0.1, 0, 0, 0, 0, 0, 1, 0, 0.2, 0, 0.3, -0.2, 0.5]
+    end = solve_ivp(rates, (0, 0.6), start, method="DOP853", rtol=1e-12, atol=1e-13).y[:7, -1]
+    np.testing.assert_allclose(run.states[-1][:7], end[[0, 1, 2, 6, 3, 4, 5]], atol=1e-10)
+    assert run.ok

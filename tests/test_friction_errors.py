@@ -6,6 +6,7 @@ import pytest
 
 from symgen import Model
 from symgen.errors import ModelError
+from symgen.runtime.errors import RuntimeModelError
 
 
 @pytest.mark.parametrize(
@@ -29,3 +30,16 @@ def test_what_is_no_friction(given, words):
     with pytest.raises(ModelError, match=words):
         m.friction("f", **given)
         m.describe()
+
+
+@pytest.mark.parametrize("given", [{"force": 1}, {"coefficient": 0.1, "normal": "floor"}])
+def test_friction_that_creeps_is_named_where_series_are_refused(given):
+    m = Model("m")
+    x, y = m.coordinate("x", unit="m", rate=1), m.coordinate("y", unit="m")
+    m.body("b", mass=1, com=(x, y))
+    m.constraint("floor", y)
+    m.friction("rub", coordinate="x", creep=0.1, **given)
+    with pytest.raises(
+        RuntimeModelError, match=r"friction 'rub' creeps.* give it 'smooth' in the place of 'creep'"
+    ):
+        m.derive().run(t_end=0.1, method="taylor")

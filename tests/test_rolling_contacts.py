@@ -12,6 +12,7 @@ from symgen import Model, load
 from symgen.errors import ModelError
 from symgen.link import derive
 from symgen.model.toml_reader import read_text
+from symgen.runtime.errors import RuntimeModelError
 
 TURNTABLE = """
 [parameters]
@@ -390,16 +391,64 @@ def test_what_surfaces_have_not():
         m.joint("j", "free", "b")
         x, y = np.meshgrid(range(3), range(3))
         m.table("land", columns=[y.ravel(), x.ravel(), np.zeros(9)], kind="cubic", outside="extend")
+        m.table("steps", columns=[[0, 1, 2], [0, 1, 0]], kind="linear", outside="extend")
         m.rolling("r", "b", **given)
         return m.describe()
 
     for given, says in (
         ({"knife": (1, 0, 0), "height": "here_x"}, "a blade glides on a plane"),
         ({"ball": 0.1, "height": "here_x + here_z"}, "does not depend on 'here_z'"),
-        ({"ball": 0.1, "height": "land(here_x, here_y)"}, "a surface that is a table"),
+        ({"ball": 0.1, "height": "land(here_x, here_y)"}, "or let it touch by [contacts]"),
+        ({"ball": 0.1, "height": "steps(here_x)"}, "or let it touch by [contacts]"),
         ({"ball": 0.1, "height": "abs(here_x)"}, "height"),
         ({"ball": 0.1, "height": "here_x + t"}, "'t'"),
     ):
         with pytest.raises(ModelError) as error:
             model(**given)
         assert says in str(error.value) + str(error.value.hint), str(error.value)
+
+
+def test_a_wheel_that_lies_flat_is_told_so():
+    m = Model("flat", gravity=(0, 0, "-9.81 m/s^2"))
+    m.body("rim", mass=1, inertia=[0.02, 0.02, 0.04])
+    m.joint("free", "free", "rim", guess=[0, 0, 0.3, 1, 0, 0, 0])
+    m.rolling("edge", "rim", wheel=0.3)
+    system = m.derive()
+    with pytest.raises(
+        RuntimeModelError, match="wheel 'edge' touches with all of its rim where it lies flat"
+    ):
+        system.run(t_end=0.1)
+    lean = Rotation.from_euler("x", 0.7).as_quat()[[3, 0, 1, 2]]  # without spin it falls
+    start = dict(zip(("free_qw", "free_qx", "free_qy", "free_qz"), lean))
+    assert "lies flat" in system.run(t_end=1.0, start=start).message
+
+
+def test_a_knife_edge_glides_along_itself_on_a_turning_table():
+    """Newton and Euler by hand: the table feels the blade, whose speed against it is along the blade."""
+    mass, turn, table, ahead = 1.5, 0.2, 0.5, 0.15
+    m = Model("skate", gravity=(0, 0, "-9.81 m/s^2"))
+    m.body("table", mass=3, inertia=[0.1, 0.1, table])
+    m.joint("spin", type="revolute", child="table", axis=[0, 0, 1], rate=0.7)
+    m.body("skate", mass=mass, inertia=[0.1, 0.1, turn])
+    start, rates = [0.3, 0.1, 0.4], [1.0, 0.2, 0.9]
+    m.joint("s", type="planar", child="skate", axis=[0, 0, 1], start=start, rate_guess=rates)
+    m.rolling("edge", "skate", knife=[1, 0, 0], at=[ahead, 0, 0], plane="table", holds=["across"])
+    run = m.derive().run(t_end=2.0, method="dop853", rtol=1e-11, atol=1e-12)
+
+    def rates_of(_, y):
+        place, angle, velocity, omega, spin = y[:2], y[2], y[4:6], y[6], y[7]
+        along = np.array([np.cos(angle), np.sin(angle)])
+        side = np.array([-along[1], along[0]])
+        blade, moving = place + ahead * along, velocity + ahead * omega * side
+        under, under_rate = np.array([-blade[1], blade[0]]), np.array([-moving[1], moving[0]])
+        row = np.array([*side, ahead, -side @ under])
+        gamma = omega * along @ velocity + spin * (-omega * along @ under + side @ under_rate)
+        whole = np.zeros((5, 5))
+        whole[:4, :4], whole[4, :4], whole[:4, 4] = np.diag([mass, mass, turn, table]), row, -row
+        return [*velocity, omega, spin, *np.linalg.solve(whole, [0, 0, 0, 0, gamma])[:4]]
+
+    order = [1, 2, 3, 0]
+    y0 = run.states[0]
+    y = solve_ivp(rates_of, (0, 2), [*y0[order], *y0[4:8][order]], method="DOP853", rtol=1e-12, atol=1e-13)
+    np.testing.assert_allclose(run.states[-1][order], y.y[:4, -1], atol=1e-10)
+    assert run.ok

@@ -256,6 +256,17 @@ def block() -> Model:
     return m
 
 
+def test_an_element_that_is_called_as_a_function_is():
+    m = Model("m", gravity=(0, -G))
+    y = m.coordinate("y", unit="m")
+    m.body("b", mass=2, com=(0, y))
+    m.stop("floor", y)
+    m.output("pressed", "reaction(floor) + 0")
+    assert m.derive().run(t_end=0.1)["pressed"][-1] == pytest.approx(2 * G)
+    with pytest.raises(ModelError, match="'floor' is a function"):
+        m.output("wrong", "floor + 1")
+
+
 def test_reactions_of_stops_and_friction_follow_what_is_closed():
     run = block().derive().run(t_end=2)
     flying = run["y"] > 1e-9

@@ -426,7 +426,8 @@ class _Assembler:
         bad = np.flatnonzero(~np.isfinite(residual))
         if bad.size:
             name = [*names[: self.system.nh], *names][bad[0]]
-            raise contradictions.not_finite(f"constraint {name!r}", listed(self.coordinates, q))
+            place = listed(self.coordinates, q)
+            raise contradictions.not_finite(f"constraint {name!r}", place, self.system.remark(name))
         if not constraints.are_finite(q, v, "constraint_jacobian"):
             raise contradictions.not_finite("the constraints' Jacobian", listed(self.coordinates, q))
         if not constraints.are_finite(q, np.zeros_like(v), "mass_matrix"):

@@ -69,11 +69,12 @@ def of_rates(names: Sequence[str], place: str) -> AssemblyError:
     )
 
 
-def not_finite(name: str, place: str) -> AssemblyError:
-    """Return the error for a constraint without a finite value at the start."""
-    return AssemblyError(
-        f"{name} has no finite value at the start ({place}): choose start values or guesses inside its range"
+def not_finite(name: str, place: str, remark: str = "") -> AssemblyError:
+    """Return the error for a constraint without a finite value at the start; `remark` says where there is none."""
+    remedy = (
+        f"{remark}: start with other angles" if remark else "choose start values or guesses inside its range"
     )
+    return AssemblyError(f"{name} has no finite value at the start ({place}): {remedy}")
 
 
 def gradient_vanishes(names: Sequence[str], place: str) -> AssemblyError:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 # What finds, plans and writes series is not imported where their code is in the cache.
 coding = Late("symgen.runtime.taylor.code")
+graphs = Late("symgen.runtime.taylor.graph")
 loops = Late("symgen.runtime.taylor.loops")
 motion = Late("symgen.runtime.taylor.motion")
 planning = Late("symgen.runtime.taylor.plan")
@@ -220,8 +221,29 @@ def taylor_refusal(system: System) -> str:
         for form in _forms(system):
             taylor_addresses(form)
     except Refusal as refusal:
+        creeping = _creeping(system) if str(refusal) == graphs.NO_CHOICE else ()
+        if creeping:
+            names = " and ".join(map(repr, creeping))
+            refusal = (
+                f"friction {names} creeps, by a law that ends at the speed 'creep'; give it 'smooth' in the place of "
+                "'creep' for a law that has a Taylor series, or"
+            )
+            return (
+                f"does not fit model {system.name!r}: {refusal} use dop853, or radau5 if the model is stiff"
+            )
         return f"does not fit model {system.name!r}: {refusal}; use dop853, or radau5 if the model is stiff"
     return ""
+
+
+def _creeping(system: System) -> list[str]:
+    """The names of frictions that creep, as far as they are known."""
+    own = [
+        switch.get("circle", switch["name"])
+        for switch in system.switches
+        if switch["kind"] == "friction" and switch.get("creeps", False)
+    ]
+    described = system.values_of_runs
+    return list(dict.fromkeys([*own, *(described.creeping if described is not None else ())]))
 
 
 def _sum_address(system: System) -> int:

@@ -245,7 +245,10 @@ def check_values(d: Description, sources: Sources) -> None:
     for r in d.rotors:
         _check_not_negative(f"rotors.{r.name}", "inertia", "inertia", values, sources, " kg m^2")
     for c in d.pairs:
-        _check_sizes(f"contacts.{c.name}", (*c.shapes, *c.other_shapes), values, sources)
+        for solid in (*c.shapes, *c.other_shapes):  # a sphere of no size is a point
+            for k in range(len(solid.sizes)):
+                key = f"{solid.place}.{solid.kind}[{k}]"
+                _check_not_negative(f"contacts.{c.name}", key, "size", values, sources, " m")
     for r in d.rolling:
         radius = values.get((f"rolling.{r.name}", r.kind))
         if radius is not None and radius <= 0:

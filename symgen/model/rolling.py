@@ -16,14 +16,14 @@ from .declared import Declared
 from .description import Body, Constraint, Description, Rolling, Shape, Solid
 from .elements import Vector, Writer, cross, scalar_product
 from .expression_tree import names_in
-from .functions import dot
+from .functions import Tabulated, dot
 from .gravity import HERE
 from .joints import direction
 from .names import reference_fault
 from .ready_made import HALF, WORLD
 from .solids import picture
 from .sources import Sources
-from .surfaces import Definitions, Surface
+from .surfaces import Definitions, Surface, refuse_table
 from .unevaluated import difference, inverted, negated, product, squared, total
 
 ROLLING_KEYS = ("body", "ball", "wheel", "knife", "axis", "at", "plane", "height", "holds")
@@ -111,6 +111,8 @@ def check_rolling(d: Description, sources: Sources) -> None:
         if body.planar and not (frames[r.plane] == WORLD or bodies[frames[r.plane]].planar):
             message = f"'{r.body}' is planar, and the plane turns in space"
             raise sources.error(table, "plane", message, hint="make both planar, or none")
+        if r.height is not None and r.height.atoms(Tabulated):
+            refuse_table(table, sources)
         for name in HERE[1 if body.planar else 2 :]:
             if r.height is not None and name in names_in(r.height):
                 message = f"the height of a surface does not depend on '{name}'"

@@ -39,6 +39,14 @@ class Foot:
     tangents: list[Vector]
 
 
+def refuse_table(table: str, sources: Sources) -> None:
+    """Refuse a surface that something rolls on, for being a table: slopes of the foot are not written out there."""
+    hint = (
+        "write a formula of here_x, or let it touch by [contacts], which take tables of kind cubic or pchip"
+    )
+    raise sources.error(table, "height", "the surface that something rolls on is a table", hint=hint)
+
+
 class Surface:
     """A surface over the x-y plane of a frame, of planar models a curve over its x axis.
 
@@ -145,7 +153,7 @@ class Surface:
 
         `down` and `side` are unit vectors in the wheel's plane: to what is deepest over the plane, and along it.
         """
-        self._refuse_tables("a wheel")
+        self._refuse_tables()
         angle: algebra.Expr = algebra.ZERO
         for _ in range(NEWTON_STEPS):
             outward, onward = self._turned(down, side, angle)
@@ -227,7 +235,7 @@ class Surface:
     def _foot(self, here: Vector, height: algebra.Expr, radius: algebra.Expr, held: bool) -> Vector:
         """Where the perpendicular from a place meets the surface: Newton's method for (f - x) + (h - z) dh/df = 0."""
         if held:
-            self._refuse_tables("a ball that rolls")
+            self._refuse_tables()
         foot = here
         for _ in range(NEWTON_STEPS):
             surface, slopes, bends = self._at(foot)
@@ -271,11 +279,9 @@ class Surface:
             product([by, difference(product([a, y]), product([c, x]))]),
         ]
 
-    def _refuse_tables(self, what: str) -> None:
+    def _refuse_tables(self) -> None:
         if self.height.atoms(Tabulated):
-            message = f"where {what} touches a surface that is a table is not searched for"
-            hint = "write a formula, or let points touch: { sphere = [0] }, a box, a mesh"
-            raise self.sources.error(self.table, "height", message, hint=hint)
+            refuse_table(self.table, self.sources)
 
     def _refuse_ends(self) -> None:
         """Newton's steps may look where a table has no values."""

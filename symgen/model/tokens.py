@@ -118,13 +118,15 @@ def check_grammar(tokens: list[Token], length: int, tables: Mapping[str, int]) -
     for index, token in enumerate(tokens):
         following = tokens[index + 1] if index + 1 < len(tokens) else None
         before = tokens[index - 1] if index else None
-        if open_calls and open_calls[-1][1] is not None and open_calls[-1][1].text in sensors:
+        within = open_calls[-1][1] if open_calls else None
+        names_alone = within is not None and within.text in sensors
+        if names_alone:
             _check_sensor_argument(token, want_operand)
         elif token.kind == "text":
             _refuse_character(token.text, 0, token.column)
         if want_operand:
             signs = signs + 1 if token.text in ("+", "-", "not") else 0
-            _check_operand(token, before, following, arity)
+            _check_operand(token, before, following, arity, names_alone)
             if token.text == "(":
                 function = before if before is not None and before.kind == "name" else None
                 open_calls.append((token, function, 1))
@@ -157,7 +159,10 @@ def _check_depth(depth: int, token: Token) -> None:
         )
 
 
-def _check_operand(token: Token, before: Token | None, following: Token | None, arity: Arity) -> None:
+def _check_operand(
+    token: Token, before: Token | None, following: Token | None, arity: Arity, names_alone: bool
+) -> None:
+    """`names_alone` tells that names are those of elements here, which may be called as functions are."""
     is_call = following is not None and following.text == "("
     if token.kind == "name":
         if keyword.iskeyword(token.text):
@@ -172,7 +177,7 @@ def _check_operand(token: Token, before: Token | None, following: Token | None, 
                 column=token.column,
                 hint=_function_hint(token.text, arity),
             )
-        if not is_call and token.text in arity and token.text not in SENSOR_ARITY:
+        if not is_call and not names_alone and token.text in arity and token.text not in SENSOR_ARITY:
             raise ModelError(
                 f"'{token.text}' is a function", column=token.column, hint=f"write {token.text}(…)"
             )

@@ -18,6 +18,7 @@ from .description import Description
 from .evaluate import NotFinite, evaluate
 from .expression_tree import kind
 from .items import definition_items, items
+from .rolling import HELD
 from .sources import Address, Sources
 
 
@@ -34,6 +35,21 @@ class ValuesOfRuns:
 
     def __init__(self, d: Description, sources: Sources) -> None:
         self._d, self._sources = d, sources
+
+    @property
+    def creeping(self) -> list[str]:
+        """The names of frictions that creep, of which modules say nothing where their force is given."""
+        return [f.name for f in self._d.frictions if f.creeps]
+
+    def remark(self, constraint: str) -> str:
+        """Return where a constraint of an element has no meaning; an empty string where nothing is known of that."""
+        for r in self._d.rolling:
+            if r.kind == "wheel" and constraint in {f"{r.name}_{which}" for which in HELD}:
+                return (
+                    f"wheel {r.name!r} touches with all of its rim where it lies flat, with its axle along the normal "
+                    "of what it rolls on"
+                )
+        return ""
 
     def refuse(self, values: Mapping[str, float]) -> None:
         """Raise RuntimeModelError for the first thing that is wrong at values of all parameters, by name."""
