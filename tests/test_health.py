@@ -529,3 +529,25 @@ def test_poles_are_found_between_frames_far_apart_and_only_where_they_are(fps):
     radial = point("radial", "0.36/x^3 - 1/x^2", 0.2)
     run = solve(radial, 2000.0, method="gauss8", step=0.05, fps=fps / 100.0)
     assert "poles" not in {entry.check for entry in run.health}
+
+
+@pytest.mark.parametrize("direction", ["rising", "falling", "both"])
+@pytest.mark.parametrize("method", ["gauss16", "dop853"])
+def test_events_that_come_in_crowds_are_missed_only_where_that_is_said(method, direction):
+    """x = cos t passes through 1200 places where sin(k x) is zero: long steps see some of them, short ones all."""
+    m = Model("crowd")
+    m.coordinate("x", start=1.0)
+    m.kinetic("dot(x)^2/2")
+    m.potential("x^2/2")
+    m.event("seen", "sin(942.3*x) - 0.1", direction=direction, then="record")
+    t = np.linspace(0.0, 6.2, 4_000_001)
+    side = np.sign(np.sin(942.3 * np.cos(t)) - 0.1)
+    wanted = {1: ["rising", "both"], -1: ["falling", "both"]}
+    expected = sum(int(np.count_nonzero(np.diff(side) == 2 * s)) for s in wanted if direction in wanted[s])
+    for options in (
+        ({"step": 0.3}, {"step": 2e-4}) if method == "gauss16" else ({"rtol": 1e-4}, {"max_step": 2e-4})
+    ):
+        run = m.derive().run(t_end=6.2, method=method, **options)
+        found = {entry.check: entry for entry in run.health}["missed events"]
+        assert found.ok == (len(run.events) == expected), (len(run.events), expected)
+    assert found.ok
