@@ -123,7 +123,9 @@ def runs() -> Iterator[tuple[str, object]]:
     yield "chain index3", lambda: large.run(t_end=0.01, constraints="index3", step=1e-3)
     for model in ("double_pendulum", "slider_crank"):
         yield f"prepared {model}", lambda model=model: load(GENERATED / f"{model}.py").prepare(0.05)()
-    yield "jump", lambda: _with_a_jump().run(t_end=1.0, method="dop853")
+    # Machine code acts on frictions and jumps from the second or third on.
+    yield "frictions", lambda: load(GENERATED / "stick_slip.py").run(t_end=3.0, method="dop853")
+    yield "jumps", lambda: _with_a_jump().run(t_end=10.0, method="dop853")
     yield "nearly flat loop", lambda: _nearly_flat().run(t_end=0.01, method="dop853")
     for model in MODELS:
         yield f"modes {model}", load(GENERATED / f"{model}.py").modes

@@ -120,7 +120,7 @@ def assert_same(mine, theirs):
 def test_stick_and_slip_have_the_same_bits(monkeypatch, method):
     by_python, in_code, acted = both(monkeypatch, symgen.load("stick_slip"), 20.0, method=method)
     assert len(in_code.events) > 40
-    assert len(acted) <= 1  # in the step that passes the end
+    assert len(acted) <= 3  # the first ones, and one in the step that passes the end
     assert_same(in_code, by_python)
     assert in_code.ok == by_python.ok
 
@@ -134,7 +134,7 @@ def test_coupled_frictions_and_stops(monkeypatch, method):
     told = [(event.name, event.action) for event in in_code.events]
     assert told == [(event.name, event.action) for event in by_python.events]
     assert {action for _, action in told} == {"stick", "slip", "turn", "impact", "record"}
-    assert len(acted) <= sum(action == "record" for _, action in told) + 2
+    assert len(acted) <= sum(action == "record" for _, action in told) + 4
     times = [[event.t for event in run.events] for run in (in_code, by_python)]
     np.testing.assert_allclose(*times, rtol=0, atol=1e-6)
     np.testing.assert_allclose(in_code.states, by_python.states, atol=1e-6)
@@ -210,14 +210,14 @@ def test_jumps_and_kinks_have_the_same_bits(monkeypatch, force, method):
     by_python, in_code, acted = both(
         monkeypatch, system(OSCILLATOR.replace("FORCE", force)), 20.0, method=method
     )
-    assert len(acted) <= 1  # in the step that passes the end
+    assert len(acted) <= 3  # the first ones, and one in the step that passes the end
     assert_same(in_code, by_python)
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_jumps_on_constraints_have_the_same_bits(monkeypatch, method):
     by_python, in_code, acted = both(monkeypatch, system(ON_A_CIRCLE), 10.0, method=method)
-    assert len(acted) <= 1  # in the step that passes the end
+    assert len(acted) <= 3  # the first ones, and one in the step that passes the end
     assert_same(in_code, by_python)
 
 
