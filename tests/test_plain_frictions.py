@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from recorded import assert_same_recording, record
 
 import symgen
 from symgen import Model
-from symgen.runtime import frictions_in_code, jumps_in_code
+from symgen.runtime import frictions_in_code, jumps_in_code, load
 from symgen.runtime.contact.lone_friction import LoneFriction
 from symgen.runtime.contact.switching import Switching
 from symgen.runtime.driver import Run
+from symgen.runtime.recording.reader import read_recording
+from symgen.runtime.recording.verify import verify
 
 METHODS = ("taylor", "dop853", "radau5", "bdf", "gauss6", "rk4", "verlet", "generalized_alpha")
 TWO = """
@@ -181,6 +186,19 @@ def test_runs_of_frictions_do_not_depend_on_samples_or_on_where_they_are_cut():
     np.testing.assert_array_equal(plain.states[-1], watched.states[-1])
     longer = model.run(30.0, method="dop853")
     assert [e.t for e in plain.events] == [e.t for e in longer.events if e.t <= 20.0]
+
+
+def test_recordings_have_the_same_forms_frames_and_events(monkeypatch, tmp_path):
+    text = (Path(__file__).parents[1] / "generated" / "stick_slip.py").read_text(encoding="utf-8")
+    paths = [tmp_path / "python.rrd", tmp_path / "code.rrd"]
+    for path, in_code in zip(paths, (False, True)):
+        with monkeypatch.context() as patch:
+            if not in_code:
+                patch.setattr(frictions_in_code, "has_plain_frictions", lambda *_: False)
+            record(path, text, lambda **more: load(text).run(10.0, method="dop853", fps=30, **more))
+    assert len(read_recording(paths[1]).events) > 20
+    assert_same_recording(*paths)
+    assert verify(paths[1]).ok
 
 
 def test_series_that_fall_back_while_something_sticks_go_on_in_the_held_form(monkeypatch):
