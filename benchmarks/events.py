@@ -3,6 +3,9 @@
 Processor time of runs in which a ball bounces, for each flight with its event: resets and impacts, in `system.run` and
 in prepared runs. Beside them SciPy's `solve_ivp` with an event that ends a flight, called again for each, on the same
 compiled right-hand side.
+
+Then that of changes of stick and slip, of impacts beside friction, and of forces that jump or have a kink, each with
+the motion up to it: by how much a run takes longer that has more of them.
 """
 
 from __future__ import annotations
@@ -15,7 +18,7 @@ from functools import partial
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from symgen import Model
+from symgen import Model, load
 
 _BALL = """
 name = "ball"
@@ -32,8 +35,44 @@ _FLOORS = {
     "reset": '[events.floor]\nwhen = "y"\ndirection = "falling"\nthen = { reset = { "dot(y)" = "-e*dot(y)" } }\n',
     "impact": '[stops.floor]\ngap = "y"\nrestitution = "e"\n',
 }
+_BESIDE_FRICTION = """
+[parameters]
+M = "1 kg"
+g = "9.81 m/s^2"
+rubs = "1e-4 N"
+e = 0.9999
+[coordinates]
+y = { unit = "m", start = 1.0 }
+[energy]
+kinetic = "M*dot(y)^2/2"
+potential = "M*g*y"
+[friction.rod]
+coordinate = "y"
+force = "rubs"
+[stops.floor]
+gap = "y"
+restitution = "e"
+"""
+_OSCILLATOR = """
+[coordinates]
+x = { start = 1.0, rate = 0.3 }
+[energy]
+kinetic = "dot(x)^2/2"
+potential = "2*x^2"
+[forces]
+x = "FORCE"
+"""
+_SWITCHED = {  # and where a force goes over to another branch
+    "stick and slip": (None, 0.0),
+    "impact beside friction": (_BESIDE_FRICTION, 0.0),
+    "jump": (_OSCILLATOR.replace("FORCE", "-sign(x)/2"), 0.0),
+    "kink": (_OSCILLATOR.replace("FORCE", "-abs(x)/2"), 0.0),
+    "where": (_OSCILLATOR.replace("FORCE", "-where(x > 0.1, 1, 0.3)/2"), 0.1),
+}
+_METHODS = ("taylor", "dop853", "radau5")
 _FLIGHT = 2.0 * np.sqrt(2.0 / 9.81)  # [s]
 _EVENTS, _PEER_EVENTS, _TURNS = 10_000, 50, 5
+_SHORT, _LONG, _FRAMES_PER_SECOND = 50.0, 1000.0, 20  # [s]
 
 
 def main() -> None:
@@ -46,6 +85,10 @@ def main() -> None:
             ways = (partial(system.run, t_end, method=method), system.prepare(t_end, method=method))
             ours = [1e6 * least(way) / _EVENTS for way in ways]
             print(f"{kind:10}{method:10}{ours[0]:10.1f}{ours[1]:10.1f}{scipy_events(system):10.1f}")
+    print(f"{'with the motion up to it':26}" + "".join(f"{method:>10}" for method in _METHODS))
+    for kind, (text, level) in _SWITCHED.items():
+        system = load("stick_slip") if text is None else Model.from_toml('name = "switched"' + text).derive()
+        print(f"{kind:26}" + "".join(f"{more_events(system, method, level):10.1f}" for method in _METHODS))
     if million:
         began = time.thread_time()
         solution = system.run(1e6 * _FLIGHT, method="dop853")
@@ -62,6 +105,21 @@ def least(way: Callable[[], object]) -> float:
         way()
         found.append(time.thread_time() - began)
     return min(found)
+
+
+def more_events(system: object, method: str, level: float) -> float:
+    """Return the processor time of an event with the motion up to it [µs]: of a long run, less that of a short one."""
+    spent, events = [], []
+    for t_end in (_SHORT, _LONG):
+        spent.append(least(partial(system.run, t_end, method=method)))
+        counted = system.run(t_end, method=method, fps=_FRAMES_PER_SECOND)
+        events.append(len(counted.events) or crossings(counted.states[:, 0] - level))
+    return 1e6 * (spent[1] - spent[0]) / (events[1] - events[0])
+
+
+def crossings(values: np.ndarray) -> int:
+    """Return how often values change their sign: forces that jump are in no log."""
+    return int(np.count_nonzero((values[1:] > 0.0) != (values[:-1] > 0.0)))
 
 
 def scipy_events(system: object) -> float:

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from symgen.runtime.loop_arrays import LoopArrays
     from symgen.runtime.system import System
 
+_FEW = 2  # jumps that cost as much as the arrays
+
 
 def has_plain_jumps(system: System, arrays: LoopArrays) -> bool:
     """Whether machine code can act on jumps of forces in a run: there are some, and the model has one form."""
@@ -61,6 +63,8 @@ class JumpsInCode:
     def advance(self, actions: EventActions, stop: float, max_steps: int, watch: float) -> int:
         """Run the loop, and change branches, until something is for Python to do; see `LoopArrays.advance`."""
         arrays = self._arrays
+        if actions.n_jumps < _FEW:
+            return arrays.advance(stop, max_steps, watch=watch)
         arrays.set_limits(stop, max_steps, watch)
         arrays.look_for_choices()
         if self._generation != arrays.generation or self._coefficients is not arrays.coefficients:

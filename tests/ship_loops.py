@@ -21,7 +21,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import symgen.runtime
-from symgen import Model, cos, sin
+from symgen import Model, cos, dot, sign, sin
 from symgen.link import derive
 from symgen.model.library import find
 from symgen.model.library import load as load_model
@@ -123,6 +123,9 @@ def runs() -> Iterator[tuple[str, object]]:
     yield "chain index3", lambda: large.run(t_end=0.01, constraints="index3", step=1e-3)
     for model in ("double_pendulum", "slider_crank"):
         yield f"prepared {model}", lambda model=model: load(GENERATED / f"{model}.py").prepare(0.05)()
+    # Machine code acts on frictions and jumps from the second or third on.
+    yield "frictions", lambda: load(GENERATED / "stick_slip.py").run(t_end=3.0, method="dop853")
+    yield "jumps", lambda: _with_a_jump().run(t_end=10.0, method="dop853")
     yield "nearly flat loop", lambda: _nearly_flat().run(t_end=0.01, method="dop853")
     for model in MODELS:
         yield f"modes {model}", load(GENERATED / f"{model}.py").modes
@@ -137,6 +140,16 @@ def _of_every_method(system: System, model: str, t_end: float) -> Iterator[tuple
                     system.run(t_end=t_end, method=method, constraints=form).health
                 ),
             )
+
+
+def _with_a_jump() -> System:
+    """A mass on a spring whose force jumps where it crosses its place of rest."""
+    m = Model("jump")
+    x = m.coordinate("x", start=1.0)
+    m.kinetic(dot(x) ** 2 / 2)
+    m.potential(2 * x**2)
+    m.force(x, -sign(x))
+    return derive(m)
 
 
 def _nearly_flat() -> System:

@@ -1,0 +1,263 @@
+"""Frictions and jumps that machine code acts on: what Python makes of the same events, and closed forms."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from recorded import assert_same_recording, record
+
+import symgen
+from symgen import Model
+from symgen.runtime import frictions_in_code, jumps_in_code, load
+from symgen.runtime.contact.lone_friction import LoneFriction
+from symgen.runtime.contact.switching import Switching
+from symgen.runtime.driver import Run
+from symgen.runtime.recording.reader import read_recording
+from symgen.runtime.recording.verify import verify
+
+METHODS = ("taylor", "dop853", "radau5", "bdf", "gauss6", "rk4", "verlet", "generalized_alpha")
+TWO = """
+name = "two"
+[parameters]
+M = "1 kg"
+k = "3 N/m"
+mu = "0.1 N"
+F = "0.9 N"
+vb = "0.7 m/s"
+far = "1.1 m"
+low = "0.9 m"
+[coordinates]
+x = { unit = "m", start = 0.0, rate = 1.0 }
+y = { unit = "m", start = 1.0, rate = -0.4 }
+[energy]
+kinetic = "M*(dot(x)^2/2 + dot(y)^2 + 0.3*dot(x)*dot(y))"
+potential = "k/2*x^2 + k*(x - y)^2/2"
+[forces]
+x = "F"
+[friction.a]
+coordinate = "x"
+force = "mu"
+static = "1.5*mu"
+[friction.b]
+speed = "dot(y) - vb"
+force = "0.8*mu"
+"""
+STOPS = """
+[stops.wall]
+gap = "far - x"
+restitution = 0.95
+[stops.other]
+gap = "y + low + 0.1*x"
+restitution = 1
+[events.mark]
+when = "x - y"
+then = "record"
+"""
+OSCILLATOR = """
+name = "oscillator"
+[parameters]
+k = 4.0
+a = 0.5
+[coordinates]
+x = { start = 1.0, rate = 0.3 }
+[energy]
+kinetic = "dot(x)^2/2"
+potential = "k/2*x^2"
+[forces]
+x = "FORCE"
+"""
+FORCES = ("-a*sign(x)", "-a*where(x > 0.1, 1, 0.3)", "-a*abs(x)", "-a*max(x, 0)")
+ON_A_CIRCLE = """
+name = "on_a_circle"
+[coordinates]
+x = { start = 0.6 }
+y = { start = -0.8 }
+[energy]
+kinetic = "dot(x)^2/2 + dot(y)^2/2"
+potential = "9.81*y"
+[constraints]
+length = "x^2 + y^2 - 1"
+[forces]
+x = "-0.5*sign(x - 0.1) - 0.2*abs(y + 0.9)"
+"""
+
+
+def system(text):
+    return Model.from_toml(text).derive()
+
+
+def both(monkeypatch, model, t_end, **options):
+    """The run by Python alone, and the run with machine code, which acts on all or all but a few of the events."""
+    with monkeypatch.context() as patch:
+        patch.setattr(frictions_in_code, "has_plain_frictions", lambda *_: False)
+        patch.setattr(jumps_in_code, "has_plain_jumps", lambda *_: False)
+        by_python = model.run(t_end, **options)
+    acted = count_acts(monkeypatch)
+    return by_python, model.run(t_end, **options), acted
+
+
+def count_acts(monkeypatch):
+    """A list that gets an entry for each event which Python acts on."""
+    acted, act = [], Run._on_event
+
+    def on_event(self):
+        acted.append(self.arrays.t)
+        return act(self)
+
+    monkeypatch.setattr(Run, "_on_event", on_event)
+    return acted
+
+
+def assert_same(mine, theirs):
+    assert [repr(event) for event in mine.events] == [repr(event) for event in theirs.events]
+    np.testing.assert_array_equal(mine.states, theirs.states)
+    np.testing.assert_array_equal(mine.w, theirs.w)
+    np.testing.assert_array_equal(mine.step_log, theirs.step_log)
+    assert mine.energy.max_error == theirs.energy.max_error
+    if mine.forms is not None:
+        np.testing.assert_array_equal(mine.forms.settings, theirs.forms.settings)
+        np.testing.assert_array_equal(mine.forms.index, theirs.forms.index)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_stick_and_slip_have_the_same_bits(monkeypatch, method):
+    by_python, in_code, acted = both(monkeypatch, symgen.load("stick_slip"), 20.0, method=method)
+    assert len(in_code.events) > 40
+    assert len(acted) <= 3  # the first ones, and one in the step that passes the end
+    assert_same(in_code, by_python)
+    assert in_code.ok == by_python.ok
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_coupled_frictions_and_stops(monkeypatch, method):
+    """Speeds that are taken away, and impulses, differ in the last digit: events are the same, states but for that."""
+    by_python, in_code, acted = both(
+        monkeypatch, system(TWO + STOPS), 60.0, method=method, rtol=1e-9, atol=1e-11
+    )
+    told = [(event.name, event.action) for event in in_code.events]
+    assert told == [(event.name, event.action) for event in by_python.events]
+    assert {action for _, action in told} == {"stick", "slip", "turn", "impact", "record"}
+    assert len(acted) <= sum(action == "record" for _, action in told) + 4
+    times = [[event.t for event in run.events] for run in (in_code, by_python)]
+    np.testing.assert_allclose(*times, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(in_code.states, by_python.states, atol=1e-6)
+    np.testing.assert_array_equal(in_code.forms.index, by_python.forms.index)
+    np.testing.assert_allclose(in_code.forms.settings, by_python.forms.settings)
+    np.testing.assert_allclose(in_code.lowest_gaps, by_python.lowest_gaps, atol=1e-4)  # at ends of steps
+    np.testing.assert_allclose(
+        [event.work for event in in_code.events], [event.work for event in by_python.events], atol=1e-6
+    )
+
+
+@pytest.mark.parametrize("text", [TWO, TWO + STOPS], ids=["frictions", "stops"])
+def test_a_friction_alone_is_what_the_complementarity_problem_finds(monkeypatch, text):
+    model = system(text)
+    monkeypatch.setattr(frictions_in_code, "has_plain_frictions", lambda *_: False)
+    alone = model.run(30.0, method="dop853")
+    settled, settle = [], Switching._settle
+    monkeypatch.setattr(LoneFriction, "_settle_alone", lambda *_: None)
+    monkeypatch.setattr(Switching, "_settle", lambda *args: settled.append(1) or settle(*args))
+    together = model.run(30.0, method="dop853")
+    assert len(settled) > len(together.events) / 2
+    assert_same(alone, together)
+
+
+def test_slips_are_those_of_the_closed_form():
+    """The belt carries the block until the spring pulls with all that friction can hold, and each slip is a cosine."""
+    solution = symgen.load("stick_slip").run(20.0, method="taylor", rtol=1e-13)
+    weight, k, speed = 9.81, 50.0, 0.3
+    most, sliding, rate = 0.6 * weight / k, 0.4 * weight / k, np.sqrt(k)
+    slips = [event for event in solution.events if event.action == "slip"]
+    sticks = [event for event in solution.events if event.action == "stick"]
+    phase = np.arctan2(speed / rate, most - sliding)
+    lasts = (np.pi + 2.0 * phase) / rate
+    np.testing.assert_allclose([event.q_before[0] for event in slips], most, rtol=1e-11)
+    n = min(len(slips), len(sticks))
+    lasted = [b.t - a.t for a, b in zip(slips[:n], sticks[-n:] if sticks[0].t > slips[0].t else sticks[1:])]
+    np.testing.assert_allclose(lasted, lasts, rtol=1e-9)
+
+
+def test_runs_of_frictions_do_not_depend_on_samples_or_on_where_they_are_cut():
+    model = system(TWO)
+    plain = model.run(20.0, method="dop853")
+    watched = model.run(20.0, method="dop853", at=[0.31, 5.72, 11.5], fps=500)
+    np.testing.assert_array_equal(plain.states[-1], watched.states[-1])
+    longer = model.run(30.0, method="dop853")
+    assert [e.t for e in plain.events] == [e.t for e in longer.events if e.t <= 20.0]
+
+
+def test_recordings_have_the_same_forms_frames_and_events(monkeypatch, tmp_path):
+    text = (Path(__file__).parents[1] / "generated" / "stick_slip.py").read_text(encoding="utf-8")
+    paths = [tmp_path / "python.rrd", tmp_path / "code.rrd"]
+    for path, in_code in zip(paths, (False, True)):
+        with monkeypatch.context() as patch:
+            if not in_code:
+                patch.setattr(frictions_in_code, "has_plain_frictions", lambda *_: False)
+            record(path, text, lambda **more: load(text).run(10.0, method="dop853", fps=30, **more))
+    assert len(read_recording(paths[1]).events) > 20
+    assert_same_recording(*paths)
+    assert verify(paths[1]).ok
+
+
+def test_series_that_fall_back_while_something_sticks_go_on_in_the_held_form(monkeypatch):
+    model, advance, failed = symgen.load("stick_slip"), Run._advance, []
+    expected = model.run(10.0, method="dop853", rtol=1e-10)
+
+    def fail_once(self, *args, **options):
+        if self.fallback is not None and self.actions.is_held and not failed:
+            failed.append(self.arrays.t)
+            return -1
+        return advance(self, *args, **options)
+
+    monkeypatch.setattr(Run, "_advance", fail_once)
+    for in_code in (True, False):
+        failed.clear()
+        if not in_code:
+            monkeypatch.setattr(frictions_in_code, "has_plain_frictions", lambda *_: False)
+        found = model.run(10.0, rtol=1e-10)
+        assert failed
+        assert len(found.events) == len(expected.events) > 20
+        np.testing.assert_allclose(found.states[-1], expected.states[-1], atol=1e-9)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("force", FORCES)
+def test_jumps_and_kinks_have_the_same_bits(monkeypatch, force, method):
+    by_python, in_code, acted = both(
+        monkeypatch, system(OSCILLATOR.replace("FORCE", force)), 20.0, method=method
+    )
+    assert len(acted) <= 3  # the first ones, and one in the step that passes the end
+    assert_same(in_code, by_python)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_jumps_on_constraints_have_the_same_bits(monkeypatch, method):
+    by_python, in_code, acted = both(monkeypatch, system(ON_A_CIRCLE), 10.0, method=method)
+    assert len(acted) <= 3  # the first ones, and one in the step that passes the end
+    assert_same(in_code, by_python)
+
+
+def test_the_period_across_a_kink_is_that_of_the_closed_form():
+    """A spring of stiffness k on one side, of k + a on the other: half a period of each."""
+    solution = system(OSCILLATOR.replace("FORCE", "-a*max(x, 0)")).run(
+        1000.0, method="dop853", rtol=1e-12, at=[1000.0]
+    )
+    soft, hard, t = 2.0, np.sqrt(4.5), 1000.0
+    size = np.hypot(1.0, 0.3 / hard)
+    left = (np.pi / 2.0 + np.arctan2(0.3 / hard, 1.0)) / hard  # until the first time at 0
+    period = np.pi / soft + np.pi / hard
+    t = np.fmod(t - left, period)
+    low = size * hard / soft
+    x = -low * np.sin(soft * t) if t < np.pi / soft else size * np.sin(hard * (t - np.pi / soft))
+    assert solution.states[-1][0] == pytest.approx(x, abs=1e-8)
+
+
+def test_a_force_that_pushes_to_its_jump_from_both_sides_is_refused(monkeypatch):
+    by_python, in_code, _ = both(
+        monkeypatch, system(OSCILLATOR.replace("FORCE", "-5*a*sign(dot(x))")), 20.0, method="dop853"
+    )
+    assert in_code.status == by_python.status == "failed"
+    assert in_code.message == by_python.message
+    assert "from both sides" in in_code.message
