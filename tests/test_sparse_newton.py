@@ -382,6 +382,38 @@ def test_steps_are_those_of_full_matrices(model, fewest_products, request, monke
     assert np.abs(frame - expected[2]).max() < 1e-9 * np.abs(expected[2]).max()
 
 
+@pytest.mark.parametrize("method", ["radau5", "generalized_alpha"])
+def test_factors_by_size_are_made_again_where_a_run_goes_back(method, chain, monkeypatch):
+    """They are no part of what a run carries: from a state, its arrays and others' go on with the same bits."""
+    monkeypatch.setattr(large_models, "SMALLEST_SPARSE", 1)
+    monkeypatch.setattr(large_models, "MOST_FULL", 1.0)
+    monkeypatch.setattr(sparse, "FEWEST_PRODUCTS", 10**9)
+    system = runtime.load(chain)
+    start = assemble(system, system.parameter_values())
+    record = METHODS["radau5"] if method == "radau5" else FORMS["index3"][method]
+
+    def arrays():
+        return LoopArrays(
+            system, record, system.parameter_values(), 0.0, np.concatenate([start.q, start.v]),
+            frame_times=np.zeros(0), rtol=1e-4, atol=1e-6, step=1e-3,
+        )  # fmt: skip
+
+    run, other = arrays(), arrays()
+    assert "pattern" in run.coefficients._fields
+    run.control[at.H_MAX] = 1e-3
+    assert run.advance(10.0, 8) == RUNNING
+    held = run.state()
+    assert run.advance(10.0, 30) == RUNNING and run.coefficients.spare.any()
+    expected = run.y.copy()
+    for again in (run, other):
+        again.restore(held)
+        before = again.counters[at.FACTORISATIONS]
+        assert again.advance(10.0, 1) == RUNNING
+        assert again.counters[at.FACTORISATIONS] == before  # those of before serve this step
+        assert again.advance(10.0, 29) == RUNNING
+        assert np.array_equal(again.y, expected)
+
+
 def test_inputs_over_time_act_in_sparse_systems(net, monkeypatch):
     monkeypatch.setattr(large_models, "SMALLEST_SPARSE", 1)
     monkeypatch.setattr(large_models, "MOST_FULL", 1.0)

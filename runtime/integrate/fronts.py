@@ -133,7 +133,8 @@ def eliminate_front(front, size, width, pivots, sources):
             while i + 1 < size:
                 first, second = i * size * reals, (i + 1) * size * reals
                 subtract_from_two(
-                    flat[first + end * reals : first + size * reals], flat[second + end * reals : second + size * reals],
+                    flat[first + end * reals : first + size * reals],
+                    flat[second + end * reals : second + size * reals],
                     flat[first + k * reals : first + end * reals], flat[second + k * reals : second + end * reals],
                     rows,
                 )  # fmt: skip

@@ -35,7 +35,7 @@ class NewtonLU(NamedTuple):
     ----------
     fronts : FrontLU
     pivoted : SparseLU
-        In the method's `spare`, which is no part of what a run carries: made again from `entries` where others are there.
+        In the method's `spare`, which is no part of what a run carries: made again from `entries` where others are.
     scale : ndarray, shape (n,)
         What each row is multiplied by; to be set before `factor_newton`.
     entries : ndarray, shape (n_values + m,), real or complex
