@@ -17,12 +17,13 @@ from symgen.runtime.graph.layouts import LATE
 from symgen.runtime.module import read_module
 from symgen.runtime.recording.reader import read_recording
 
-# Equations by lifting, with constraints, of springs alone, and of a platform on six legs.
+# Equations by lifting, with constraints, of springs alone, of a platform on six legs, and with corners that touch.
 MODELS = {
     "n_pendulum": {"N": "20"},
     "chain_absolute": {"N": "7"},
     "spring_chain": {"N": "24"},
     "stewart_platform": {},
+    "die": {},
 }
 LARGE = next(iter(MODELS.items()))
 
@@ -41,7 +42,7 @@ def _model(name: str, options: dict[str, str]) -> symgen.Model:
 def pair():
     """A large model with functions left out, and with all of them."""
     part = _model(*LARGE).derive()
-    assert part.source.late == LATE
+    assert part.source.late == LATE[:1]
     return part, runtime.load(link.derive_text(_model(*LARGE)).text)
 
 
@@ -50,7 +51,7 @@ def test_the_functions_that_stay_are_the_same(name):
     found = [link.derive_text(_model(name, MODELS[name]), "x", on_demand=part) for part in (True, False)]
     assert found[0].is_part and not found[1].is_part
     part, whole = (read_module(made.text) for made in found)
-    assert set(whole.functions) - set(part.functions) == set(LATE)
+    assert set(whole.functions) - set(part.functions) == set(LATE) & set(whole.functions) == set(part.late)
     for function in part.functions:
         assert _with_tables(part, function) == _with_tables(whole, function)
 
@@ -79,13 +80,26 @@ def test_a_run_that_calls_them_is_the_same(pair, method):
     assert [check.value for check in solution.health] == [check.value for check in expected.health]
 
 
+def test_models_with_stops_leave_those_of_both_forms_out():
+    model = _model("die", {})
+    part, whole = link.derive(model), runtime.load(link.derive_text(model).text)
+    assert part.source.late == LATE and part.closed.source.late == LATE[:1]
+    solution, expected = (system.run(0.4, method="dop853") for system in (part, whole))
+    assert solution.events and not part.source.is_whole and not part.closed.source.is_whole
+    np.testing.assert_array_equal(solution.states, expected.states)
+    solution, expected = (system.run(0.4, method="radau5") for system in (part, whole))
+    assert solution.stats["jacobians"] and part.source.is_whole
+    np.testing.assert_array_equal(solution.states, expected.states)
+    assert pickle.loads(pickle.dumps(part.closed)).source.late == ()
+
+
 def test_inputs_over_time_act_on_what_is_derived_late():
     model = _model(*LARGE)
     model.input("push", unit="N*m")
     model.force("theta1", "push*sin(theta1)")
     part, whole = model.derive(), runtime.load(link.derive_text(model).text)
     options = {"method": "radau5", "inputs": {"push": ([0.0, 0.1, 0.2], [0.0, 5.0, -3.0])}}
-    assert part.source.late == LATE
+    assert part.source.late == LATE[:1]
     solution, expected = (system.run(0.2, **options) for system in (part, whole))
     np.testing.assert_array_equal(solution.states, expected.states)
 
@@ -101,11 +115,11 @@ def test_linear_analysis_asks_for_them(pair):
 def test_what_leaves_the_process_has_all(tmp_path):
     system = _model(*LARGE).derive()
     again = pickle.loads(pickle.dumps(system))
-    assert again.source.late == () and again.has(*LATE)
+    assert again.source.late == () and again.has(*LATE[:1])
     solution = _model(*LARGE).derive().run(0.1, method="dop853")
     solution.save(tmp_path / "run.rrd")
     recorded = read_module(read_recording(tmp_path / "run.rrd").module_text + "\n")
-    assert recorded.late == () and set(LATE) <= set(recorded.functions)
+    assert recorded.late == () and set(LATE[:1]) <= set(recorded.functions)
 
 
 def test_small_models_and_methods_that_call_them_have_all():
@@ -123,7 +137,7 @@ def test_a_file_is_found_in_the_cache_in_part_and_in_full():
     first = link.module_for(path, options, on_demand=True)
     second = link.module_for(path, options, on_demand=True)
     assert first.derived and not second.derived and first.text == second.text
-    assert read_module(first.text).late == LATE
+    assert read_module(first.text).late == LATE[:1]
     whole = link.module_for(path, options)
     assert whole.derived and read_module(whole.text).late == ()
     assert link.module_for(path, options, on_demand=True).text == whole.text

@@ -50,7 +50,10 @@ def settings_of(switch: Mapping[str, Any]) -> tuple[str, ...]:
     return _SETTINGS[switch["kind"]] + _SETTINGS_IN_A_PLANE.get(switch.get("axis"), ())
 
 
-LATE = ("residual_jacobian", "closed_residual_jacobian")  # what a module may leave out until a run asks for it
+LATE = (
+    "residual_jacobian",
+    "closed_residual_jacobian",
+)  # what a module may leave out until a run asks for it
 
 # What robot programs call, in modules of their own (docs/abi.md), and the same for each frame: `pose_tool`.
 ROBOT_FUNCTIONS = (

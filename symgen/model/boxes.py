@@ -1,11 +1,12 @@
 """Boxes that touch each other: corners of each on the sides of the other.
 
 In the axes of a box a point is outside by the largest of |x| - h, y and z likewise, which ends at the box's edges,
-other than a plane. That is all where boxes touch with a corner. Where only edges cross, as of two planks, it is not.
+other than a plane. That is all where boxes touch with a corner. Where edges cross, as of two planks, it is not
+(`crossing_edges.py`).
 
 Two boxes are apart by the largest of their distances along 15 directions: the normals of both, and the cross products
 of their edges (Gottschalk, Lin, Manocha, OBBTree, SIGGRAPH 1996), but for edges that are all but parallel. Where that
-says that they are in each other, and no corner does, edges cross, and a run ends with that reason.
+says that they are in each other, and no corner and no edge does, a run ends with that reason.
 """
 
 from __future__ import annotations
@@ -113,13 +114,15 @@ class Boxes:
         """How far the boxes are apart along the normals of the first, and of the second."""
         columns = zip(*self.cosines)
         return [
-            self.define(total(
-                [
-                    self._size(x),
-                    negated(own),
-                    *(negated(product([h, self._size(c)])) for h, c in zip(halves, row)),
-                ]
-            ))
+            self.define(
+                total(
+                    [
+                        self._size(x),
+                        negated(own),
+                        *(negated(product([h, self._size(c)])) for h, c in zip(halves, row)),
+                    ]
+                )
+            )
             for middle, halves_own, halves, rows in (
                 (self.along_a, self.a.halves, self.b.halves, self.cosines),
                 (self.along_b, self.b.halves, self.a.halves, columns),

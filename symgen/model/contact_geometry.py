@@ -92,6 +92,10 @@ def write_pairs(writer: Writer, d: Description, sources: Sources) -> Written:
         for k, crossed in enumerate(geometry.crossed, 1):
             name = f"{pair.name}_edges" + (str(k) if len(geometry.crossed) > 1 else "")
             says = f"edges of {pair.body} and {pair.other} cross, which touch with their corners only"
+            if geometry.has_edges:
+                says = (
+                    f"{pair.body} and {pair.other} are deeper in each other than their corners and edges tell"
+                )
             made.events.append(Event(name, crossed, "falling", "terminate", says=says))
         for k, touch in enumerate(touches, 1):
             name = pair.name if len(touches) == 1 else f"{pair.name}_{k}"
@@ -149,7 +153,8 @@ class _Geometry:
         self.writer, self.d, self.pair, self.sources = writer, d, pair, sources
         self.definitions = definitions
         self.planar = writer.body[pair.body].planar
-        self.crossed: list[algebra.Expr] = []  # what falls to zero where edges of boxes cross
+        self.crossed: list[algebra.Expr] = []  # what falls to zero where bodies are in each other unnoticed
+        self.has_edges = False  # whether edges that cross have gaps of their own
 
     def touches(self) -> list[Meeting]:
         """All of them."""
@@ -344,6 +349,7 @@ class _Geometry:
         share = RIGID_SHARE if self.pair.stiffness is None else SOFT_SHARE
         if not self.planar:
             places += CrossingEdges(boxes, share).meetings()
+            self.has_edges = True
         self.crossed.append(boxes.crossed([place.gap for place in places], share))
         yield from places
 

@@ -24,7 +24,9 @@ from .surfaces import moved
 from .unevaluated import difference, inverted, negated, product, squared, total
 
 _PARALLEL = algebra.Float(1e-6)  # square of the sine of the angle between edges that cross nowhere
-_STEEP = algebra.Float(0.25)  # square of the cosine from the sides' normal, of which that of two edges has half or more
+_STEEP = algebra.Float(
+    0.25
+)  # square of the cosine from the sides' normal, of which that of two edges has half or more
 
 
 @dataclass(frozen=True)
@@ -112,7 +114,11 @@ class CrossingEdges:
         third = nearest.number(difference(largest, sizes[2]), algebra.ONE, algebra.ZERO)
         rest = difference(algebra.ONE, third)
         first = difference(algebra.ONE, second)
-        which = [nearest.settle(product([rest, first])), nearest.settle(product([rest, second])), nearest.settle(third)]
+        which = [
+            nearest.settle(product([rest, first])),
+            nearest.settle(product([rest, second])),
+            nearest.settle(third),
+        ]
         order = [which[-1:] + which[:-1], which[-2:] + which[:-2], which]
         along = self.define(_dot(which, normal))
         sign = nearest.settle(product([towards, nearest.number(along, algebra.NEGATIVE_ONE, algebra.ONE)]))
@@ -126,7 +132,11 @@ class CrossingEdges:
         """Where an edge of the first goes in (`turn` -1) or out: along its axis `i`, on one of two sides."""
         a, b, c, nearest = self.a, self.b, self.cosines, self.nearest
         k = 1 - i
-        place = [algebra.ZERO, product([side, a.halves[1]])] if i == 0 else [product([side, a.halves[0]]), algebra.ZERO]
+        place = (
+            [algebra.ZERO, product([side, a.halves[1]])]
+            if i == 0
+            else [product([side, a.halves[0]]), algebra.ZERO]
+        )
         start = [self.define(difference(d, p)) for d, p in zip(self.facing, [*place, a.height], strict=True)]
         found = []
         for j in range(2):
@@ -143,29 +153,34 @@ class CrossingEdges:
         self, i: int, j: int, along: Vector, apart: Vector
     ) -> tuple[algebra.Expr, Number, Number, Number, Number]:
         """Of a pair of edges as numbers: the gap, whether they are a pair, its sense, and which ends it is beyond."""
-        nearest, define = self.nearest, self.define
+        nearest, define, boxes = self.nearest, self.define, self.boxes
         k, up = 1 - i, along[1 - i]
         cosine = along[i]
         square = define(difference(algebra.ONE, squared(cosine)))
         safe = define(inverted(nearest.larger(square, _PARALLEL)))
         lean = product([apart[k], along[2]])
         sense = nearest.number(product([self.a.sign, up]), algebra.NEGATIVE_ONE, algebra.ONE)
-        away = define(product([sense, difference(product([apart[2], up]), lean), algebra.Pow(safe, HALF, evaluate=False)]))
+        away = define(
+            product(
+                [sense, difference(product([apart[2], up]), lean), algebra.Pow(safe, HALF, evaluate=False)]
+            )
+        )
         behind = define(_dot(along, apart))
         s = define(product([safe, difference(apart[i], product([cosine, behind]))]))
         t = define(product([safe, difference(product([cosine, apart[i]]), behind)]))
-        ends = []
+        ends, near = [], algebra.ONE
         gap = away
         for x, half in ((s, self.a.halves[i]), (t, self.b.halves[j])):
             beyond = define(difference(self._size(x), half))
             past = nearest.number(beyond, algebra.ZERO, algebra.ONE)
             ends.append(product([past, nearest.number(x, algebra.NEGATIVE_ONE, algebra.ONE)]))
             gap = total([gap, product([past, beyond])])
+            near = product([near, nearest.number(difference(beyond, boxes.least), algebra.ONE, algebra.ZERO)])
         is_pair = nearest.number(total([away, self.least, self.least]), algebra.ZERO, algebra.ONE)
         steep = difference(squared(up), product([_STEEP, square]))
         for bound in (difference(square, _PARALLEL), steep):
             is_pair = product([is_pair, nearest.number(bound, algebra.ZERO, algebra.ONE)])
-        return define(gap), define(is_pair), sense, *ends
+        return define(gap), define(product([is_pair, near])), sense, *ends
 
     def _chosen(self, found: Sequence[tuple]) -> list[Number]:
         """Which of two pairs of edges is nearer: 0 or 1, and what is known of it."""
@@ -200,19 +215,23 @@ class CrossingEdges:
 
         along = [mixed(row[0], row[1]) for row in self.cosines]
         across = [mixed(row[1], row[0]) for row in self.cosines]
-        half, reach = mixed(b.halves[0], b.halves[1]), define(product([beta, mixed(b.halves[1], b.halves[0])]))
+        half, reach = (
+            mixed(b.halves[0], b.halves[1]),
+            define(product([beta, mixed(b.halves[1], b.halves[0])])),
+        )
         apart = [define(total([d, product([reach, x])])) for d, x in zip(start, across, strict=True)]
         cosine, up = along[i], along[k]
         none = difference(algebra.ONE, is_pair)
         # Edges that are no pair may be parallel; what is made of them counts for nothing.
         by = define(inverted(total([algebra.ONE, negated(squared(cosine)), none])))
         root = define(algebra.Pow(by, HALF, evaluate=False))
+        sine = define(inverted(root))
         away = product([sense, root, difference(product([apart[2], up]), product([apart[k], along[2]]))])
         behind = define(_dot(along, apart))
         s = define(product([by, difference(apart[i], product([cosine, behind]))]))
         t = define(product([by, difference(product([cosine, apart[i]]), behind)]))
         beyond = [
-            self._rounded(difference(product([e, x]), product([squared(e), h])))
+            self._rounded(product([sine, difference(product([e, x]), product([squared(e), h]))]))
             for e, x, h in ((end, s, self.a.halves[i]), (other_end, t, half))
         ]
         gap = total([product([is_pair, total([away, *beyond])]), product([none, self._far()])])

@@ -1453,8 +1453,8 @@ class Model(Declared):
             z over that plane [m], of `here_x` and `here_y` (planar: y, of `here_x`); of parameters and tables, smooth.
         other : str, optional
             In the place of a plane: another body, whose shape is touched. Spheres and capsules touch spheres,
-            capsules, boxes and meshes; boxes and meshes touch each other (corners; where edges cross, NAME_edges
-            ends a run).
+            capsules, boxes and meshes; boxes and meshes touch each other (corners, and edges of boxes in space; where
+            edges of meshes cross, NAME_edges ends a run).
         restitution : expression, optional
             Of a rigid contact, see `stop`.
         static : expression, optional

@@ -127,8 +127,8 @@ def copied_nodes(g: Graph, own: Graph, member: Component, wanted: list[int]) -> 
 
 LONGEST_LIST = 4  # names in a comment
 MOST_KINDS = 10  # in the findings
-# Rates of a model, and rows of stops and frictions, from which on functions are left out until a run asks for them: then they are half of the work and
-# more (docs/benchmarks.md), and of smaller models a matter of milliseconds.
+# Rates of a model, and rows of stops and frictions, from which on functions are left out until a run asks for them:
+# then they are half of the work and more (docs/benchmarks.md), and of smaller models a matter of milliseconds.
 FEWEST_RATES = 20
 
 
