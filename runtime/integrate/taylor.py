@@ -307,10 +307,10 @@ LARGEST_ROUND_OFF = 1e-9  # relative
 AT_ONCE = 1.0 / 3.0
 # A step that went too far makes later ones 7 % shorter than their series promise, which is forgotten over 50 steps.
 CAUTION, FORGET = 0.07, 0.98
-# A float taken apart for its logarithm, the part by which steps are shorter, a limit of the next step (0: none), a
-# number between 0 and 1, another one in each step, and how far series have reached lately, and for longer.
-BITS, SHORTER, LIMIT, VARIED, REACH, FAR = range(6)
-N_CELLS = 6
+# A float taken apart for its logarithm, the part by which steps are shorter, a number between 0 and 1, another one in
+# each step, and how far series have reached lately, and for longer.
+BITS, SHORTER, VARIED, REACH, FAR = range(5)
+N_CELLS = 5
 # Steps chosen by the state alone may fall into step with a periodic motion: then every lap rounds alike, and its errors
 # add up in proportion to the laps, not to their root. At the limit of round-off, steps are shortened by up to 5 %, by
 # multiples of the golden ratio modulo one, so that no two laps are alike.
@@ -433,7 +433,7 @@ def advance_taylor(method, loop):
             for i in range(ny):
                 states[CARRY, i] = 0.0
             cell[REACH] = 0.0
-            cell[LIMIT] = max(
+            loop.control[at.H_EVENT] = max(
                 LONGER_THAN_BEFORE * (loop.control[at.T_EVENT] - previous_event),
                 2.0 * smallest_step(loop.control),  # events at one instant must not end the run
             )
@@ -547,9 +547,9 @@ def choose_step(order, loop, series, cell):
     if loop.control[at.RTOL] <= ROUND_OFF_RTOL:
         cell[VARIED] = (cell[VARIED] + GOLDEN_RATIO) % 1.0
         loop.control[at.H] *= 1.0 - MOST_VARIED * cell[VARIED]
-    if cell[LIMIT] > 0.0:
-        loop.control[at.H] = min(loop.control[at.H], cell[LIMIT])
-        cell[LIMIT] = 0.0
+    if loop.control[at.H_EVENT] > 0.0:  # known to no work array: the form may be another one by now
+        loop.control[at.H] = min(loop.control[at.H], loop.control[at.H_EVENT])
+        loop.control[at.H_EVENT] = 0.0
     return at.RUNNING
 
 
