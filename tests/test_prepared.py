@@ -259,7 +259,7 @@ def test_inertia_that_is_negative_is_refused():
     run = system("pendulum").prepare(1.0, parameters=["m"])
     runs = run.many([[1.0], [-1.0]])
     assert runs.status.tolist() == [here.SUCCESS, here.REFUSED_START]
-    assert "inertia" in runs.message(1)
+    assert "[bodies.bob] mass: the mass is negative" in runs.message(1)
 
 
 def test_checks_at_the_end_object_to_what_the_report_objects_to():
