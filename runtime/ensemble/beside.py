@@ -1,9 +1,12 @@
-"""Members of fixed steps held against the same members integrated again: whether they are where their motion is.
+"""Members held against the same members integrated again: whether they are where their motion is.
 
 A fixed step keeps the energy of a motion, and its constraints, long after its phase is lost: no number of its own steps
 tells. So the motion is integrated again in lanes, by a method of high order that chooses its steps, which takes less
 time than most fixed steps; where stability holds that back, by the method itself with half the step, as single runs do
 it (`checks/companion.py`). A member is held to what is kept of it: its end, or its frames.
+
+Members that choose their steps are off where errors grow: in chaotic motion, and by loose tolerances. The first and the
+last one of each group are integrated again, and all of a group where one of these is off.
 """
 
 from __future__ import annotations
@@ -28,6 +31,8 @@ from symgen.runtime.lazy import Late
 from symgen.runtime.sampling import quasi_random
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from symgen.runtime.ensemble.batch import LaneBatch
     from symgen.runtime.ensemble.gpu.batch import DeviceBatch
     from symgen.runtime.ensemble.plan import Plan
@@ -37,8 +42,13 @@ device = Late("symgen.runtime.ensemble.gpu.device")
 _BESIDE = "dop853"
 # The first is cheap, and right enough to acquit; the second has the last word.
 _TOLERANCES = ((1e-4, 1e-7), (1e-10, 1e-14))
+# For members that choose their steps. The second is a part of their own, but not less than a number; with less than
+# another number of theirs nothing is more accurate.
+_OF_ADAPTIVE, _TIGHTER, _TIGHTEST, _LEAST_RTOL = (1e-6, 1e-9), 0.01, 2e-14, 1e-12
+GROUP = 64  # members that choose their steps, of which the first and the last one are integrated again
 _ACQUITS = 0.5  # times the limit
-_LEAST_STEPS = 500  # allowed; more than those of the member itself are a sign that stability holds it back
+# Allowed; more than those of a member of fixed step are a sign that stability holds it back. A series takes long steps.
+_LEAST_STEPS, _MORE_STEPS = 500, 20
 _EVEN, _EARLY = 24, 8  # times at which it is looked how far coordinates go; motion may die out soon
 _FIRST = 1e-4  # of the run
 _NUMBERS = 1 << 20  # of states of members at once: 8 MB
@@ -50,9 +60,14 @@ Rerun = Callable[["Plan", int, int], tuple[np.ndarray, np.ndarray]]
 
 
 def has_companion(plan: Plan) -> bool:
-    """Whether members have fixed steps and can be integrated again in lanes, since nothing switches or resets."""
+    """Whether members can be integrated again in lanes: nothing switches or resets, no stability holds that back.
+
+    Of members that choose their steps, not those with tolerances that nothing is more accurate than.
+    """
     method = find_method(plan.method)
-    if method.adaptive or plan.system.switches or plan.system.events:
+    if plan.system.switches or plan.system.events:
+        return False
+    if method.adaptive and (method.stiff or plan.single.rtol < _LEAST_RTOL):
         return False
     return _companion(plan, "0").settings is not None
 
@@ -64,9 +79,9 @@ def judged_alone(plan: Plan) -> bool:
 
 def wrong_members(
     plan: Plan, first: int, parameters: np.ndarray, varied: dict[str, np.ndarray], states: np.ndarray,
-    steps: np.ndarray, chosen: np.ndarray, rerun: Rerun,
+    steps: np.ndarray, sound: np.ndarray, rerun: Rerun,
 ) -> np.ndarray:  # fmt: skip
-    """Return the members, counted from `first`, that are off by more than a single run may be.
+    """Return the members, counted from `first`, that are found to be off by more than a single run may be.
 
     Parameters
     ----------
@@ -77,33 +92,61 @@ def wrong_members(
         What is kept of the members: frames, or their ends.
     steps : ndarray of int, shape (k,)
         That they took.
-    chosen : ndarray of int
-        Which of them to look at, counted from `first`.
+    sound : ndarray of int
+        Which of them nothing else objects to, counted from `first`.
     rerun : callable
         Runs members of a plan, from a number up to another one, and returns states and whether these reached the end.
     """
+
+    def off(chosen: np.ndarray, passes: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+        return _off(plan, first, parameters, varied, states, steps, chosen, passes)
+
+    everything = range(len(_TOLERANCES))
+    if not find_method(plan.method).adaptive:
+        wrong, held_back = off(sound, everything)
+        return np.sort(np.concatenate([wrong, *_off_by_half(plan, first, states, held_back, rerun)]))
+    if not len(sound):
+        return sound
+    groups = (first + sound) // GROUP
+    begins = np.flatnonzero(np.diff(groups, prepend=-1))
+    sample = np.union1d(begins, np.append(begins[1:], len(sound)) - 1)
+    wrong, _ = off(sound[sample], everything)
+    suspects = sound[np.isin(groups, (first + wrong) // GROUP)]
+    return off(suspects, everything[-1:])[0]
+
+
+def _off(
+    plan: Plan, first: int, parameters: np.ndarray, varied: dict[str, np.ndarray], states: np.ndarray,
+    steps: np.ndarray, chosen: np.ndarray, passes: Sequence[int],
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """Return which of the chosen members are off, and for which stability holds the companion back."""
     wrong, held_back = chosen, np.zeros(0, dtype=int)
-    limit = _ACQUITS * LARGEST_ERROR
-    for which in range(len(_TOLERANCES)):
-        companion = _companion(plan, str(which))
-        batch = _batch(companion, max(_LEAST_STEPS, int(steps.max(initial=0))), plan.options.device)
-        again, reached = _integrated(companion, batch, first, parameters, varied, wrong)
-        held_back = np.append(held_back, wrong[~reached])
-        off = _errors(companion, plan, again[reached], states[wrong[reached]])
-        wrong = wrong[reached][~(off <= limit)]
-        limit = LARGEST_ERROR
+    more = _MORE_STEPS if find_method(plan.method).adaptive else 1
+    for which in passes:
         if not len(wrong):
             break
+        companion = _companion(plan, str(which))
+        batch = _batch(companion, max(_LEAST_STEPS, more * int(steps.max(initial=0))), plan.options.device)
+        again, reached = _integrated(companion, batch, first, parameters, varied, wrong)
+        held_back = np.append(held_back, wrong[~reached])
+        limit = LARGEST_ERROR * (_ACQUITS if which < len(_TOLERANCES) - 1 else 1.0)
+        wrong = wrong[reached][~(_errors(companion, plan, again[reached], states[wrong[reached]]) <= limit)]
+    return wrong, held_back
+
+
+def _off_by_half(
+    plan: Plan, first: int, states: np.ndarray, held_back: np.ndarray, rerun: Rerun
+) -> list[np.ndarray]:
+    """Return which members are off from themselves with half the step, by Richardson's extrapolation."""
     if not len(held_back):
-        return wrong
+        return []
     half, numbers = _companion(plan, "half"), np.sort(held_back)
-    order = find_method(plan.method).order
-    found = [wrong]
+    order, found = find_method(plan.method).order, []
     for part in np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1):
         again, reached = rerun(half, first + int(part[0]), first + int(part[-1]) + 1)
         off = _errors(half, plan, again, states[part]) * 2.0**order / (2.0**order - 1.0)
         found.append(part[reached & ~(off <= LARGEST_ERROR)])
-    return np.sort(np.concatenate(found))
+    return found
 
 
 def _companion(plan: Plan, which: str) -> Plan:
@@ -126,6 +169,10 @@ def _made(plan: Plan, which: str) -> Plan:
             chosen, _ = choose_step(method, plan.system, plan.first_parameters, plan.first_state, plan.single)
         return make_plan(plan.system, replace(options, method=plan.method, step=0.5 * chosen))
     rtol, atol = _TOLERANCES[int(which)]
+    if find_method(plan.method).adaptive:
+        part = max(_TIGHTER * plan.single.rtol, _TIGHTEST) / plan.single.rtol
+        tight = min(rtol, part * plan.single.rtol), min(atol, part * plan.single.atol)
+        rtol, atol = _OF_ADAPTIVE if which == "0" else tight
     return make_plan(plan.system, replace(options, method=_BESIDE, step=None, rtol=rtol, atol=atol))
 
 

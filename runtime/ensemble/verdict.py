@@ -1,8 +1,7 @@
 """Can the members be trusted: a verdict for each, by what its steps have shown on the way.
 
 The limits are those of the health report of a single run (`checks/health.py`) for energy, constraints and a regular
-end. What needs runs beside a run (how far errors grow) is not looked at for each: `Ensemble.accuracy` does that for a
-sample, `Ensemble.member(k).health` for one.
+end. How far errors grow takes runs beside a run: `beside.py` has them, `Ensemble.member(k).health` the whole report.
 """
 
 from __future__ import annotations
