@@ -93,7 +93,7 @@ def _compiled(d, entries: list[int], module: str):
         Program(d.g, (Function("rhs", "M, then f.", tuple(entries)),), dict(source.system.source.header))
     )
     text = text[text.index("def rhs(") :].replace("def rhs(", "def mass_and_forces(")
-    lengths = replace(source.lengths, out=len(entries))
+    lengths = source.lengths._replace(out=len(entries))
     code = replace(source.code, name="mass_and_forces", text=text, lengths=lengths)
     start = time.perf_counter()
     kernel = compile_kernel(replace(source, code=code, n_hoisted=0))

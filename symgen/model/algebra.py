@@ -69,13 +69,18 @@ class Expr:
     def __eq__(self, other: object) -> bool:
         if self is other:
             return True
-        other = _expression(other)
-        if not isinstance(other, Expr):
-            return NotImplemented  # SymPy's objects say it themselves
+        if type(self) is not type(other):
+            other = _expression(other)
+            if not isinstance(other, Expr):
+                return NotImplemented  # SymPy's objects say it themselves
         return type(self) is type(other) and self._hash == other._hash and self._same(other)
 
     def _same(self, other: Any) -> bool:
-        return self.args == other.args
+        if self.args is not other.args:
+            if self.args != other.args:
+                return False
+            other.args = self.args  # what was found equal once is not compared to its depth again
+        return True
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({', '.join(map(repr, self.args))})"
