@@ -210,7 +210,9 @@ class System(ModelFunctions):
         n = len(self.parameters)
         if not np.array_equal(p[:n], self._p[:n]) and self.values_of_runs is not None:
             names = (record["name"] for record in self.parameters)
-            self.values_of_runs.refuse(dict(zip(names, p[:n].tolist(), strict=True)))
+            fault = self.values_of_runs.fault(dict(zip(names, p[:n].tolist(), strict=True)))
+            if fault:
+                raise RuntimeModelError(fault)
 
     def place_of_parameter(self, name: str) -> int:
         """Return where in `p` a parameter or input is."""

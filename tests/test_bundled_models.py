@@ -231,5 +231,5 @@ def test_auto_follows_a_stiff_vibration_that_lasts_with_an_explicit_method():
 
 @pytest.mark.parametrize(("name", "mass"), [("double_pendulum", "m1"), ("slider_crank", "m")])
 def test_negative_mass_at_run_time_is_refused_by_name(name, mass):
-    with pytest.raises(RuntimeModelError, match=r"inertia that acts on coordinate '\w+' is negative"):
+    with pytest.raises(RuntimeModelError, match=r"\[bodies\.\w+\] mass: the mass is negative"):
         derived(name).run(t_end=1.0, parameters={mass: -10.0})

@@ -8,8 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from symgen.runtime.errors import RuntimeModelError
-
 from ..errors import ModelError
 from . import algebra
 from .algebra import postorder
@@ -23,7 +21,7 @@ from .sources import Address, Sources
 
 
 class ValuesOfRuns:
-    """Refuses values of parameters at which a model is none: negative sizes, an inner radius beyond the outer one.
+    """Finds values of parameters at which a model is none: negative sizes, an inner radius beyond the outer one.
 
     Parameters
     ----------
@@ -51,13 +49,14 @@ class ValuesOfRuns:
                 )
         return ""
 
-    def refuse(self, values: Mapping[str, float]) -> None:
-        """Raise RuntimeModelError for the first thing that is wrong at values of all parameters, by name."""
+    def fault(self, values: Mapping[str, float]) -> str:
+        """Return what is wrong at values of all parameters, by name, the first of it; an empty string for nothing."""
         parameters = tuple(replace(p, value=float(values[p.name])) for p in self._d.parameters)
         try:
             check_values(replace(self._d, parameters=parameters), self._sources)
         except ModelError as error:
-            raise RuntimeModelError(str(error)) from None
+            return str(error)
+        return ""
 
     def of_members(self, values: Mapping[str, np.ndarray]) -> dict[int, str]:
         """Return which of many runs are refused, and why; values by name, shape (n,) where they vary, else ().
@@ -73,12 +72,11 @@ class ValuesOfRuns:
         while left.any():
             numbers = np.flatnonzero(left)
             extremes = {int(numbers[f(x[numbers])]) for x in quantities for f in (np.argmin, np.argmax)}
-            wrong = {}
-            for k in extremes:
-                try:
-                    self.refuse({name: x[k] if np.ndim(x) else x for name, x in values.items()})
-                except RuntimeModelError as error:
-                    wrong[k] = str(error)
+            faults = {
+                k: self.fault({name: x[k] if np.ndim(x) else x for name, x in values.items()})
+                for k in extremes
+            }
+            wrong = {k: fault for k, fault in faults.items() if fault}
             if not wrong:
                 return found
             found |= wrong
