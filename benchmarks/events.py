@@ -79,19 +79,19 @@ def main() -> None:
     million = "--million" in sys.argv
     print(f"{'event':10}{'method':10}{'run':>10}{'prepared':>10}{'SciPy':>10}   [µs for each]")
     for kind, floor in _FLOORS.items():
-        system = Model.from_toml(_BALL + floor).derive()
+        ball = Model.from_toml(_BALL + floor).derive()
         for method in ("taylor", "dop853"):
             t_end = _EVENTS * _FLIGHT
-            ways = (partial(system.run, t_end, method=method), system.prepare(t_end, method=method))
+            ways = (partial(ball.run, t_end, method=method), ball.prepare(t_end, method=method))
             ours = [1e6 * least(way) / _EVENTS for way in ways]
-            print(f"{kind:10}{method:10}{ours[0]:10.1f}{ours[1]:10.1f}{scipy_events(system):10.1f}")
+            print(f"{kind:10}{method:10}{ours[0]:10.1f}{ours[1]:10.1f}{scipy_events(ball):10.1f}")
     print(f"{'with the motion up to it':26}" + "".join(f"{method:>10}" for method in _METHODS))
     for kind, (text, level) in _SWITCHED.items():
         system = load("stick_slip") if text is None else Model.from_toml('name = "switched"' + text).derive()
         print(f"{kind:26}" + "".join(f"{more_events(system, method, level):10.1f}" for method in _METHODS))
     if million:
         began = time.thread_time()
-        solution = system.run(1e6 * _FLIGHT, method="dop853")
+        solution = ball.run(1e6 * _FLIGHT, method="dop853")
         spent, off = time.thread_time() - began, solution.energy.max_error
         print(f"{len(solution.events)} impacts: {spent:.1f} s, energy off by {off:.1e}")
 
