@@ -11,6 +11,7 @@ algorithm to solve frictional contact problems, Comput. Methods Appl. Mech. Eng.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -29,7 +30,7 @@ _ROUND_OFF = 1e-15
 class ContactLaw:
     """What `coulomb_forces` is given, whose parameters see."""
 
-    here: LocalDynamics
+    here: LocalDynamics | _Touching
     free: np.ndarray
     acting: np.ndarray
     senses: np.ndarray
@@ -42,7 +43,7 @@ class ContactLaw:
         """How many of the forces are those of stops."""
         return len(self.free) - len(self.levels.fixed)
 
-    @property
+    @cached_property
     def steepness(self) -> np.ndarray:
         """ρ of each force, of two directions the same: one over the compliance."""
         own = np.diag(self.here.compliance).copy()
@@ -50,8 +51,8 @@ class ContactLaw:
             own[i] = own[j] = max(own[i], own[j])
         return 1.0 / np.where(own > 0.0, own, 1.0)
 
-    def defect(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return x - Π(x - ρ u), its derivative by x, and the levels."""
+    def defect(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return x - Π(x - ρ u) and its derivative by x."""
         n, n_stops, A = len(x), self.n_stops, self.here.compliance
         c, slope = self.levels.linear(self.here, x, float(self.driven))
         level, rho = c + slope @ x, self.steepness
@@ -83,7 +84,44 @@ class ContactLaw:
                 value[rows] = most * unit
                 across = (np.eye(2) - np.outer(unit, unit)) * (most / size)
                 change[rows] = across @ by_x[rows] + np.outer(unit, slope[k]) * (level[k] > 0.0)
-        return x - value, np.eye(n) - change, level
+        return x - value, np.eye(n) - change
+
+
+class _Touching:
+    """What laws ask of `LocalDynamics`, of some of the forces alone."""
+
+    def __init__(self, here: LocalDynamics, kept: np.ndarray):
+        self._here, self._kept, self.compliance = here, kept, here.compliance[np.ix_(kept, kept)]
+
+    @property
+    def free_multipliers(self) -> np.ndarray:
+        return self._here.free_multipliers
+
+    @property
+    def multiplier_responses(self) -> np.ndarray:
+        return self._here.multiplier_responses[:, self._kept]
+
+
+def _of_what_touches(law: ContactLaw) -> tuple[ContactLaw, np.ndarray]:
+    """Return the law of the forces that can be other than zero, and which ones these are.
+
+    Two boxes have 24 stops and as many frictions in two directions; few of them touch at once.
+    """
+    n_stops, levels, still = law.n_stops, law.levels, law.acting[law.n_stops :]
+    pressed = np.array([stop is None or law.acting[stop] for stop, _ in levels.normals], dtype=bool)
+    moves = np.where(still, (levels.fixed > 0.0) | pressed, (levels.coefficients > 0.0) & pressed)
+    moves[law.circles] = moves[law.circles].any(axis=1, keepdims=True)
+    kept = np.flatnonzero(np.concatenate([law.acting[:n_stops], moves]))
+    stops, frictions = kept[kept < n_stops], kept[kept >= n_stops] - n_stops
+    normals = [
+        (None if stop is None else int(np.searchsorted(stops, stop)), rows)
+        for stop, rows in (levels.normals[k] for k in frictions)
+    ]
+    return ContactLaw(
+        _Touching(law.here, kept), law.free[kept], law.acting[kept], law.senses[frictions],
+        Levels(levels.fixed[frictions], levels.coefficients[frictions], normals),
+        np.searchsorted(frictions, law.circles[moves[law.circles[:, 0]]]), law.driven,
+    ), kept  # fmt: skip
 
 
 def circle_forces(law: ContactLaw) -> tuple[np.ndarray, np.ndarray]:
@@ -100,6 +138,14 @@ def circle_forces(law: ContactLaw) -> tuple[np.ndarray, np.ndarray]:
     """
     if not np.isfinite(law.free).all():
         raise NoSolution
+    x = np.zeros(len(law.free))
+    touching, kept = _of_what_touches(law)
+    x[kept] = _solved(touching)
+    c, slope = law.levels.linear(law.here, x, float(law.driven))
+    return x, c + slope @ x
+
+
+def _solved(law: ContactLaw) -> np.ndarray:
     # All that is held shares the load evenly, where no friction is at its limit then.
     x, rows = np.zeros(len(law.free)), np.flatnonzero(law.acting)
     held = law.here.compliance[np.ix_(rows, rows)]
@@ -113,19 +159,19 @@ def circle_forces(law: ContactLaw) -> tuple[np.ndarray, np.ndarray]:
     raise NoSolution
 
 
-def _newton(law: ContactLaw, x: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+def _newton(law: ContactLaw, x: np.ndarray) -> np.ndarray | None:
     """Return what Newton's method finds from some forces; None where it goes astray."""
     for _ in range(_NEWTON_STEPS):
-        defect, slope, level = law.defect(x)
+        defect, slope = law.defect(x)
         size = max(np.abs(x).max(initial=0.0), np.abs(law.steepness * law.free)[law.acting].max(initial=0.0))
         if not np.isfinite(defect).all() or size == np.inf:
             return None
         if np.abs(defect).max(initial=0.0) <= _SOLVED * size:
             # One more step leaves nothing but round-off.
             polished = x - np.linalg.lstsq(slope, defect, rcond=_REDUNDANT)[0]
-            after, _, its_level = law.defect(polished)
+            after = law.defect(polished)[0]
             better = np.abs(after).max(initial=0.0) <= np.abs(defect).max(initial=0.0)
-            return (polished, its_level) if better else (x, level)
+            return polished if better else x
         x = x - np.linalg.lstsq(slope, defect, rcond=_REDUNDANT)[0]
     return None
 
