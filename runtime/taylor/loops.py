@@ -289,10 +289,11 @@ _LANES_TERM = 4  # operations for a term of a sum of lanes
 def ends_apart(plan: Plan) -> int:
     """Return how many terms at either end of a sum are added by themselves, in place of in the lanes of a vector.
 
-    The newest coefficients come last. Where all wait for a solution that waits for them, two by themselves make the
-    wait shorter; where nothing is solved for, or there is much else to do meanwhile, vectors are faster.
+    The newest coefficients come last. Where few products wait for each other, or all for a solution that waits for
+    them, two by themselves make the wait shorter; where there is much else to do meanwhile, vectors are faster.
     """
-    return 2 if plan.motion.unknowns and len(plan.convolutions) < _FEW_PRODUCTS else 1
+    n, waits = len(plan.convolutions), max(plan.depth.values(), default=0)
+    return 1 if n >= _FEW_PRODUCTS or (n > waits and not plan.motion.unknowns) else 2
 
 
 class _Unrolled(Steps):
