@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 _ROWS = 1024  # of the log
 _LARGEST = 24  # rates: mass matrices are factored in full
-_FEW = 2  # events that cost as much as the arrays
 _OF_BOTH = ((here.EVENTS, "events"), (here.RHS, "rhs"))
 _OF_FREE = (
     (here.ENERGY, "energy"), (here.MASS, "mass_matrix"), (here.FORCES, "forces"), (here.SWITCHES, "switches")
@@ -158,9 +157,7 @@ class FrictionsInCode:
         """Run the loop, and act on frictions, until something is for Python to do; see `LoopArrays.advance`."""
         arrays = self._arrays
         if arrays.generation not in self._generations:
-            if not len(
-                actions.log
-            ):  # the arrays cost as much as the first event, which many runs do not have
+            if not len(actions.log):  # the arrays cost as much as one event, and many runs have none
                 return arrays.advance(stop, max_steps, watch=watch)
             self._bind()
         own = self._own

@@ -109,22 +109,35 @@ def advance_over_events(loop, after):
             return ZENO
         if done != ACTED:
             return status
-        loop.counters[at.MAX_STEPS_PER_CALL] = last - loop.counters[at.STEPS]
-        full = loop.counters[at.N_LOGGED_STEPS] >= loop.step_log.shape[0]
-        if loop.counters[at.MAX_STEPS_PER_CALL] < 1 or full or after.counts[N_LOG] >= after.log.shape[0]:
+        if not has_room(last, loop) or after.counts[N_LOG] >= after.log.shape[0]:
             return at.RUNNING
+
+
+@jitted
+def has_room(last, loop):
+    """Whether there are steps left until the number `last` of them, and room for them in the log; sets how many."""
+    loop.counters[at.MAX_STEPS_PER_CALL] = last - loop.counters[at.STEPS]
+    is_full = loop.counters[at.N_LOGGED_STEPS] >= loop.step_log.shape[0]
+    return loop.counters[at.MAX_STEPS_PER_CALL] >= 1 and not is_full
+
+
+@jitted
+def fired_alone(loop):
+    """Return the event that has fired; -1 where several have, at one instant."""
+    ne, event = loop.sizes[at.NE], -1
+    for e in range(ne):
+        if loop.control[at.N_CONTROL + at.FIRED * ne + e] == 1.0:
+            if event >= 0:
+                return -1
+            event = e
+    return event
 
 
 @jitted
 def act(loop, after):
     """Act on the event at which a step loop has returned; returns what became of it."""
     ne, n_own = loop.sizes[at.NE], after.actions.shape[0]
-    event = -1
-    for e in range(ne):
-        if loop.control[at.N_CONTROL + at.FIRED * ne + e] == 1.0:
-            if event >= 0:
-                return NOT_PLAIN
-            event = e
+    event = fired_alone(loop)
     if event < 0 or after.counts[N_LOG] >= after.log.shape[0]:
         return NOT_PLAIN
     if event < n_own and after.actions[event] == TERMINATES:

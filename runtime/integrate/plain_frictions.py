@@ -29,7 +29,10 @@ from symgen.runtime.integrate.plain_events import (
     ROUND_OFF,
     SURELY_SEEN,
     TIME,
+    add_change,
     factor,
+    fired_alone,
+    has_room,
     sign,
     solve,
 )
@@ -162,9 +165,7 @@ def advance_over_frictions(free, held, own):
                 expect(held, own)
             else:
                 take_form(free, 0, own)
-        free.counters[at.MAX_STEPS_PER_CALL] = last - free.counters[at.STEPS]
-        full = free.counters[at.N_LOGGED_STEPS] >= free.step_log.shape[0]
-        if free.counters[at.MAX_STEPS_PER_CALL] < 1 or full or own.counts[N_LOG] >= own.log.shape[0]:
+        if not has_room(last, free) or own.counts[N_LOG] >= own.log.shape[0]:
             return at.RUNNING
 
 
@@ -178,12 +179,7 @@ def act(loop, own):
         loop.sizes[at.NQ],
         loop.sizes[at.NV],
     )
-    event = -1
-    for e in range(ne):
-        if loop.control[at.N_CONTROL + at.FIRED * ne + e] == 1.0:
-            if event >= 0:
-                return NOT_KNOWN
-            event = e
+    event = fired_alone(loop)
     i = event - (ne - n_stops - n)
     if i < 0 or own.counts[N_LOG] >= own.log.shape[0] or not others_are_free(i - n_stops, loop, own):
         return NOT_KNOWN
@@ -572,13 +568,6 @@ def find_floor(loop, own):
     for e in range(ne):
         if not math.isfinite(own.floor[e]):
             own.floor[e] = 0.0
-
-
-@jitted
-def add_change(own):
-    """Add what the event functions differ by from `g` to `floor`."""
-    for e in range(own.g.shape[0]):
-        own.floor[e] += abs(own.other[e] - own.g[e])
 
 
 @jitted

@@ -13,7 +13,7 @@ from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.loop import copy
-from symgen.runtime.integrate.plain_events import AHEAD, CLEAR, EPS, sign
+from symgen.runtime.integrate.plain_events import AHEAD, CLEAR, EPS, fired_alone, has_room, sign
 
 ADVANCE, EVENTS, RHS = range(3)  # in `addresses`
 N_JUMPS, FIRST_BRANCH, IS_MULTISTEP, LOOKS_FOR_CHOICES, HOLDS_ALL = range(5)  # in `counts`
@@ -72,9 +72,7 @@ def advance_over_jumps(loop, own):
         status = int(own.result[0])
         if status != at.EVENT or not act(loop, own):
             return status
-        loop.counters[at.MAX_STEPS_PER_CALL] = last - loop.counters[at.STEPS]
-        full = loop.counters[at.N_LOGGED_STEPS] >= loop.step_log.shape[0]
-        if loop.counters[at.MAX_STEPS_PER_CALL] < 1 or full or needs_another_loop(own):
+        if not has_room(last, loop) or needs_another_loop(own):
             return at.RUNNING
 
 
@@ -92,12 +90,7 @@ def needs_another_loop(own):
 def act(loop, own):
     """Let the force whose event has fired go over to its other branch; whether that is all there is to do."""
     ne, n, t = loop.sizes[at.NE], own.events.shape[0], loop.control[at.T]
-    event, k = -1, -1
-    for e in range(ne):
-        if loop.control[at.N_CONTROL + at.FIRED * ne + e] == 1.0:
-            if event >= 0:
-                return False
-            event = e
+    event, k = fired_alone(loop), -1
     for j in range(n):
         own.before[j] = loop.p[own.counts[FIRST_BRANCH] + j]
         own.after[j] = sign(loop.control[at.N_CONTROL + at.SIDE * ne + own.events[j]])
