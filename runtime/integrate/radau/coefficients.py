@@ -113,6 +113,8 @@ class RadauIIA(NamedTuple):
     ----------
     a : ndarray, shape (s, s)
         Butcher coefficients; the last row is also the weights.
+    inverse : ndarray, shape (s, s)
+        a⁻¹.
     c : tuple of s floats
         Nodes.
     to_stages, from_stages : ndarray, shape (s, s)
@@ -132,6 +134,7 @@ class RadauIIA(NamedTuple):
     """
 
     a: np.ndarray
+    inverse: np.ndarray
     c: tuple[float, ...]
     to_stages: np.ndarray
     from_stages: np.ndarray
@@ -165,7 +168,7 @@ def radau(n_stages: int) -> RadauIIA:
     error[-1] = -1.0 / s
     eigenvalues = np.array([MU[s], *NU[s]])
     method = RadauIIA(
-        a, _NODES[s](*NODES[s]), to_stages, from_stages, MU[s], eigenvalues[1:].copy(),
+        a, np.linalg.inv(a), _NODES[s](*NODES[s]), to_stages, from_stages, MU[s], eigenvalues[1:].copy(),
         1.0 / np.abs(eigenvalues) ** 2, error, error @ a, float(np.abs(from_stages).max()),
         np.ascontiguousarray(rows_of(through_zero, s + 1)[2:]),
     )  # fmt: skip
@@ -208,7 +211,7 @@ def validate(method: RadauIIA) -> None:
     size = np.abs(method.from_stages).max()
     if not np.allclose(method.from_stages @ method.to_stages, np.eye(s), rtol=0, atol=1e-14 * size):
         raise ValueError("the transformation and its inverse contradict each other")
-    uncoupled = method.from_stages @ np.linalg.inv(method.a) @ method.to_stages
+    uncoupled = method.from_stages @ method.inverse @ method.to_stages
     if not np.allclose(uncoupled, blocks, rtol=0, atol=1e-12 * size):
         raise ValueError("the transformation does not uncouple the stages")
     for k in range(1, s + 1):

@@ -28,6 +28,7 @@ from symgen.runtime.integrate.loop import copy
 from symgen.runtime.integrate.nested_basis import N_ROWS, fit_rows, values
 from symgen.runtime.integrate.quaternions import chart_rate, n_quaternions, quaternion_at, rotate, rotated
 from symgen.runtime.integrate.radau.coefficients import RadauIIA, radau
+from symgen.runtime.integrate.radau.coupled import never_coupled
 from symgen.runtime.integrate.radau.error import norm_of_error, weighted
 from symgen.runtime.integrate.radau.newton import Equations
 from symgen.runtime.integrate.radau.stages import (
@@ -53,7 +54,7 @@ from symgen.runtime.integrate.radau.work import (
 
 # Besides `RadauIIA`: the inverse of its Butcher matrix; where between its ends a step is sampled for dense output, the
 # weights of the stages there, and the matrix from samples to rows of dense output.
-RadauGgl = namedtuple("RadauGgl", (*RadauIIA._fields, "a_inverse", "places", "at_places", "fit"))
+RadauGgl = namedtuple("RadauGgl", (*RadauIIA._fields, "places", "at_places", "fit"))
 
 
 def radau_ggl(n_stages: int) -> RadauGgl:
@@ -63,8 +64,7 @@ def radau_ggl(n_stages: int) -> RadauGgl:
     conditions = [(0, place) for place in places]
     at_places = values(conditions, n_stages + 1)[:, 2:] @ method.rows
     at_places[:, -1] += places
-    a_inverse = np.ascontiguousarray(np.linalg.inv(method.a))
-    return RadauGgl(*method, a_inverse, places, at_places, np.ascontiguousarray(fit_rows(conditions)))
+    return RadauGgl(*method, places, at_places, np.ascontiguousarray(fit_rows(conditions)))
 
 
 class GglWork(NamedTuple):
@@ -532,7 +532,7 @@ def stage_residuals(s, method, h, loop, t0, w):
     for i in range(nv):
         total = 0.0
         for r in range(len(method.c)):
-            total += method.a_inverse[s, r] * w.states[STAGES + r, nq + i]
+            total += method.inverse[s, r] * w.states[STAGES + r, nq + i]
         w.arguments[nq + nv + i] = total / h
     for k in range(loop.sizes[at.NM]):
         w.arguments[nq + 2 * nv + k] = w.multipliers[s, k]
@@ -720,6 +720,6 @@ def commit_index2(method, loop, t, t1, w):
 
 
 INDEX2 = Equations(
-    differentiate_index2, factor_index2, predict_index2, improve_index2, filter_index2, rotate_all,
+    differentiate_index2, factor_index2, predict_index2, improve_index2, filter_index2, rotate_all, never_coupled,
     n_places_index2, reach_end_index2, commit_index2,
 )  # fmt: skip

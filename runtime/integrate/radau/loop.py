@@ -12,6 +12,11 @@ from symgen.runtime.integrate.linear import lu_factor, lu_solve
 from symgen.runtime.integrate.loop import evaluate, take_steps
 from symgen.runtime.integrate.newton import MAX_ITERATIONS, OVERSHOOT, RATE, forget_rate
 from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at
+from symgen.runtime.integrate.radau.coupled import (
+    choose_coupling,
+    correct_coupled_stages,
+    count_failure,
+)
 from symgen.runtime.integrate.radau.error import (
     estimate_error,
     filter_accelerations,
@@ -30,6 +35,7 @@ from symgen.runtime.integrate.radau.stages import (
     reach_end_by_accelerations,
 )
 from symgen.runtime.integrate.radau.work import (
+    COUPLED,
     DX,
     ERROR,
     F_NEW,
@@ -41,6 +47,7 @@ from symgen.runtime.integrate.radau.work import (
     JACOBIAN_IS_FRESH,
     LAST_RATE,
     Y_STAGE,
+    can_couple,
     radau_work,
     shift_of,
 )
@@ -57,12 +64,16 @@ def differentiate_full(method, loop, t, w):
 def factor_full(method, h, loop, w):
     """Factor the real and the complex Newton matrices for a step of length `h`; returns a status.
 
+    Where stages are coupled, only the filter of errors needs factors: the real ones.
+
     With J = [0 I; A B], (g - J) (Δq, Δv) = (0, r) is Δq = Δv / g and (g - B - A/g) Δv = r: as q' = v is
     linear, the stages satisfy it exactly, and its residual is zero. For the rotation vector of a quaternion, 1/g
     becomes the inverse of g + ω× / 2 (`solve_rotation`), and its equation has a residual.
     """
     set_matrix(method.mu / h, loop.sizes, loop.y, w.jacobian, w.real)
     status = lu_factor(w.real, w.pivots[0])
+    if loop.counters[COUPLED]:
+        return status
     for k in range(len(method.c) // 2):
         if status == at.RUNNING:
             set_matrix(shift_of(method, k, 1.0 / h), loop.sizes, loop.y, w.jacobian, w.complex[k])
@@ -87,6 +98,8 @@ def set_matrix(g, sizes, y, jacobian, matrix):
 @jitted
 def improve_full(method, h, loop, t, w):
     """Correct the stages once; returns a status and the size of the correction in tolerances."""
+    if loop.counters[COUPLED]:
+        return correct_coupled_stages(method, h, loop, t, w)
     return correct_stages(solve_full, method, h, loop, t, w)
 
 
@@ -136,7 +149,7 @@ def solve_error_full(method, w):
 
 
 FULL = Equations(
-    differentiate_full, factor_full, predict_stages, improve_full, filter_full, keep_axes,
+    differentiate_full, factor_full, predict_stages, improve_full, filter_full, keep_axes, can_couple,
     n_places_of_stages, reach_end_by_accelerations, commit_accelerations,
 )  # fmt: skip
 
@@ -265,7 +278,7 @@ def accepted_step(equations, method, loop, w):
         if error < 1.0:
             cause = equations.reach_end(method, h, loop, t, t1, w)
             if cause == at.RUNNING:
-                accept_radau(method, error, h, loop, w)
+                accept_radau(equations, method, error, h, loop, w)
                 return at.RUNNING, t1
             error = math.inf
         reject_radau(method, error, h, loop, w)
@@ -296,6 +309,7 @@ def shrink_step(cause, h, loop, w):
     if cause != at.SINGULAR_MATRIX and w.numbers[OVERSHOOT] > 0.0:
         rest = 4.0 + MAX_ITERATIONS - 1.0 - w.numbers[ITERATIONS]
         factor = 0.8 * max(1e-4, min(20.0, w.numbers[OVERSHOOT])) ** (-1.0 / rest)
+    count_failure(loop)
     loop.control[at.H] = h * factor
     loop.counters[at.LAST_REJECTED] = 1
     loop.counters[at.REJECTED] += 1
@@ -312,10 +326,11 @@ def quotient(method, error, w):
 
 
 @jitted
-def accept_radau(method, error, h, loop, w):
+def accept_radau(equations, method, error, h, loop, w):
     """Set `control[H]` after an accepted step: Gustafsson's predictive controller (IV.8, (8.25))."""
     wanted, power = loop.control[at.H], 1.0 / (len(method.c) + 1.0)
     factor = quotient(method, error, w)
+    by_error = h / factor
     if loop.counters[HAVE_HISTORY]:
         predicted = loop.control[at.H_LAST] / h * (error**2 / loop.control[at.ERROR_OLD]) ** power / SAFETY
         factor = max(factor, max(1.0 / GROW, min(1.0 / SHRINK, predicted)))
@@ -325,7 +340,7 @@ def accept_radau(method, error, h, loop, w):
     h_new = min(h / factor, longest_step(loop.control))
     if loop.counters[at.LAST_REJECTED]:
         h_new = min(h_new, h)
-    keep_jacobian = w.numbers[RATE] <= KEEP_JACOBIAN_RATE
+    keep_jacobian = w.numbers[RATE] <= KEEP_JACOBIAN_RATE and not loop.counters[COUPLED]
     if keep_jacobian and h <= h_new <= KEEP_STEP * h:
         h_new = h
     # A step that was cut at a stop time says nothing against the step that the method wanted.
@@ -335,6 +350,8 @@ def accept_radau(method, error, h, loop, w):
     loop.counters[HAVE_HISTORY] = 1
     loop.counters[HAVE_JACOBIAN] = 1 if keep_jacobian else 0
     loop.counters[JACOBIAN_IS_FRESH] = 0
+    if equations.can_couple(loop.sizes) and h > 0.99 * wanted:
+        choose_coupling(method, h, min(by_error, longest_step(loop.control)), h_new, loop, w)
 
 
 @jitted

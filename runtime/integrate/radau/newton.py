@@ -16,6 +16,7 @@ from symgen.runtime.integrate.newton import (
     start_newton,
 )
 from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at
+from symgen.runtime.integrate.radau.coupled import count_failure
 from symgen.runtime.integrate.radau.work import ITERATIONS, LAST_RATE, NEWTON_BOUND, SCALE
 
 # Corrections below this many times the round-off of positions, that no longer shrink, are taken for it.
@@ -45,6 +46,9 @@ class Equations(NamedTuple):
         already, and the rhs `row` is that of y + error.
     rotate_error : (sense, sizes, error, x)
         Turns the rates in `x` between body axes and those that the errors of rates are in.
+    can_couple : (sizes) -> bool
+        Returns whether stages may be coupled (`coupled.py`), which `factor` and `improve` know, in a model of such
+        sizes.
     n_places : (method, loop) -> int
         Returns how many places, ends included, dense output of quaternions goes through.
     reach_end : (method, h, loop, t, t1, w) -> status
@@ -59,6 +63,7 @@ class Equations(NamedTuple):
     improve: Callable
     filter_error: Callable
     rotate_error: Callable
+    can_couple: Callable
     n_places: Callable
     reach_end: Callable
     commit: Callable
@@ -66,7 +71,7 @@ class Equations(NamedTuple):
 
 @jitted
 def solve_stages(equations, method, h, loop, t, w):
-    """Improve the stages by simplified Newton; returns RUNNING, or why it does not converge."""
+    """Improve the stages by Newton; returns RUNNING, or why it does not converge."""
     start_newton(w.numbers)
     verdict, size, rate = ITERATING, 0.0, 0.0
     iteration = 0
@@ -84,6 +89,7 @@ def solve_stages(equations, method, h, loop, t, w):
         if size <= ROUND_OFF * round_off(method, h, loop.sizes, loop.y, w):
             verdict = CONVERGED
             w.numbers[RATE] = rate
+            count_failure(loop)
     w.numbers[ITERATIONS] = iteration
     # One iteration tells nothing of the rate: what was known of it fades, or steps would never grow again.
     w.numbers[LAST_RATE] = w.numbers[RATE] if iteration > 1 else _FADING * w.numbers[LAST_RATE]

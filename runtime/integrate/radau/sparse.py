@@ -16,6 +16,7 @@ from symgen.runtime.integrate.newton_lu import (
     solve_newton,
 )
 from symgen.runtime.integrate.radau.coefficients import RadauIIA
+from symgen.runtime.integrate.radau.coupled import never_coupled
 from symgen.runtime.integrate.radau.error import filter_accelerations, keep_axes, n_places_of_stages
 from symgen.runtime.integrate.radau.newton import Equations
 from symgen.runtime.integrate.radau.stages import (
@@ -186,6 +187,6 @@ def solve_error_sparse(method, w):
 
 
 SPARSE = Equations(
-    differentiate_entries, factor_sparse, predict_stages, improve_sparse, filter_sparse, keep_axes,
+    differentiate_entries, factor_sparse, predict_stages, improve_sparse, filter_sparse, keep_axes, never_coupled,
     n_places_of_stages, reach_end_by_accelerations, commit_accelerations,
 )  # fmt: skip

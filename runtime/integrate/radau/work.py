@@ -9,14 +9,19 @@ from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_scratch_size
 from symgen.runtime.integrate.jacobian import jacobian_work_size
 from symgen.runtime.integrate.newton import N_MONITOR
+from symgen.runtime.integrate.quaternions import n_quaternions
 
-# Counters of this family: whether work holds a Jacobian, one of the present state, factors; and whether
-# `dense` and ERROR_OLD are those of the step before.
-HAVE_JACOBIAN, JACOBIAN_IS_FRESH, HAVE_FACTORS, HAVE_HISTORY = range(16, 20)
+# Counters of this family: whether work holds a Jacobian, one of the present state, factors; whether `dense` and
+# ERROR_OLD are those of the step before; whether stages are coupled, how many steps in a row speak against that they
+# are or are not, and how many it takes (see `coupled.py`).
+HAVE_JACOBIAN, JACOBIAN_IS_FRESH, HAVE_FACTORS, HAVE_HISTORY, COUPLED, AGAINST, PATIENCE = range(16, 23)
 
 # `numbers` of the work arrays: Newton's monitor, then these.
-FACTORED_FOR, NEWTON_BOUND, ITERATIONS, LAST_RATE = range(N_MONITOR, N_MONITOR + 4)
-N_NUMBERS = N_MONITOR + 4
+FACTORED_FOR, NEWTON_BOUND, ITERATIONS, LAST_RATE, H_UNCOUPLED = range(N_MONITOR, N_MONITOR + 5)
+N_NUMBERS = N_MONITOR + 5
+
+# Rates of the largest models whose stages may be coupled: a matrix of 7 stages has 50 000 numbers then.
+MOST_COUPLED = 32
 
 
 # Rows of `states` and of `rows`, where those of the stages begin; rows of `real_vectors`, of `pairs`.
@@ -56,6 +61,8 @@ class RadauWork(NamedTuple):
         Derivatives of a rotation vector at the stages.
     implicit : ndarray
         See `acceleration_jacobian`.
+    coupled : ndarray
+        What `coupled.divide_coupled` divides; empty where stages cannot be coupled.
     scratch : ndarray
         See `finish_step`.
     """
@@ -72,7 +79,21 @@ class RadauWork(NamedTuple):
     pairs: np.ndarray
     rotation_rates: np.ndarray
     implicit: np.ndarray
+    coupled: np.ndarray
     scratch: np.ndarray
+
+
+@jitted
+def can_couple(sizes):
+    """Whether the stages of such a model may be coupled: there is room for their matrix, and no quaternion."""
+    return sizes[at.NV] <= MOST_COUPLED and n_quaternions(sizes) == 0
+
+
+@jitted
+def coupled_size(method, sizes):
+    """Length of the array that `coupled.divide_coupled` divides; 0 where stages cannot be coupled."""
+    nv, n = sizes[at.NV], len(method.c) * sizes[at.NV]
+    return n * n + 2 * n + 2 * nv * nv if can_couple(sizes) else 0
 
 
 @jitted
@@ -82,6 +103,7 @@ def radau_work_size(method, sizes):
     nv, ny, n_row = sizes[at.NV], sizes[at.NY], sizes[at.N_ROW]
     own = N_NUMBERS + (3 + 2 * k) * nv * nv + (k + 1) * nv + (s + 2) * ny + (s + 1) * n_row
     own += (8 + 8 * k) * nv + 3 * s
+    own += coupled_size(method, sizes)
     return own + jacobian_work_size(sizes) + finish_scratch_size(sizes)
 
 
@@ -107,9 +129,11 @@ def radau_work(method, sizes, work):
     pairs, rest = rest[: 4 * nv].reshape((2, 2 * nv)), rest[4 * nv :]
     rotation_rates, rest = rest[: 3 * s].reshape((s, 3)), rest[3 * s :]
     n = jacobian_work_size(sizes)
+    implicit, rest = rest[:n], rest[n:]
+    n = coupled_size(method, sizes)
     return RadauWork(
         numbers, jacobian, real, complex_, pivots, states, rows, real_vectors, complex_vectors, pairs,
-        rotation_rates, rest[:n], rest[n:],
+        rotation_rates, implicit, rest[:n], rest[n:],
     )  # fmt: skip
 
 
