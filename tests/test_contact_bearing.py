@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from symgen import Model
+from symgen.runtime.contact.settings import Layout
 
 G = 9.81
 
@@ -64,3 +65,12 @@ def test_no_corner_of_a_box_pulls_that_slides_and_spins(number):
     assert (np.diff(energy) <= 1e-9 * np.ptp(energy)).all()
     assert np.abs(run.v[-1]).max() < 1e-12
     assert Counter(e.action for e in run.events)["release"] <= 6
+
+
+def test_a_corner_that_nothing_presses_takes_no_share_of_the_load():
+    """Its share was round-off over round-off, 13 times what it can bear once it is pressed."""
+    rng = np.random.default_rng(2)
+    sizes = tuple(map(float, rng.uniform(0.05, 0.2, 3)))
+    run = box_on_floor(sizes, 0.1, [0] * 6).run(t_end=0.01, method="dop853")
+    layout = Layout(run.system)
+    assert np.abs(run.forms.settings[:, layout.sense]).max() <= 1.0

@@ -470,7 +470,9 @@ class Holding(LoneFriction):
             return
         c, slope = self._levels(np.zeros_like(others)).linear(here, forces, 1.0)
         sliding = c + slope @ forces
-        shares = -forces[self.n_stops :] / np.where(sliding > 0.0, sliding, np.inf)
+        # What nothing presses but round-off takes no part of the load: it would be a large one of what presses later.
+        bears = sliding > _ROUNDED_LEVEL * sliding.max(initial=0.0)
+        shares = -forces[self.n_stops :] / np.where(bears, sliding, np.inf)
         self.senses = np.where(others, shares, self.senses)
 
     def _led_onward(self, here: LocalDynamics) -> np.ndarray:
