@@ -75,6 +75,7 @@ class Instant:
             (len(self.layout.circles), 2)
         )  # how long each is aimed or turns: an angle, a speed
         self._places_of_settings = system.settings_of_switches
+        self._unpressed = np.zeros(self.n_stops, dtype=bool)  # closed stops that bear nothing yet
         self._last: tuple[tuple, LocalDynamics] | None = None
 
     @property
@@ -150,7 +151,7 @@ class Instant:
         """How far below zero each open gap and sliding speed counts as zero, nan for what is held.
 
         One that begins to move from rest is not known better than to the tolerances of the run; what moves clearly
-        is known to round-off.
+        is known to round-off. The force of a closed stop that bears nothing is zero but for what does not tell.
         """
         here = self._here()
         tolerances = self._slow(here)
@@ -164,7 +165,11 @@ class Instant:
         others = self._smooth.copy()
         others[self.layout.circles[:, 1]] = True
         free = ~self._at_rest & ~np.concatenate([np.zeros(self.n_stops, dtype=bool), others])
-        return np.where(free, np.where(moving, 0.0, widths), np.nan)
+        bands = np.where(free, np.where(moving, 0.0, widths), np.nan)
+        if (unpressed := self._unpressed & self.closed).any():
+            undecided = UNDECIDED * here.sizes_of_free / np.maximum(np.diag(here.compliance), 1e-300)
+            bands[: self.n_stops][unpressed] = undecided[: self.n_stops][unpressed]
+        return bands
 
     def _sliding(self, here: LocalDynamics) -> np.ndarray:
         """How fast each friction slides; both directions of one that has two say how fast it does."""

@@ -28,6 +28,8 @@ _FINEST, _WIDEST = 1e-13, 0.02  # tolerance that an aim goes by, and angle [rad]
 _PARALLEL, _APART = 1e-6, 1e-12  # of directions of sliding; of what moves each other
 _GUIDED = 1e-12  # of the compliance along a direction: constraints hold the one across
 _NEARLY = 100.0  # times the speed that is zero within the tolerances
+_CHANGES = 1e-11  # of the largest acceleration, in a moment: more than round-off
+_ROUNDED_LEVEL = 1e-6  # of the largest level of a friction: one that nothing presses
 _FAR = 0.999  # of what a friction can take
 _ANY_ANGLE, _ANY_SPEED = 1e9, 1e150
 _CLEARLY, _AT_BOUND = 2.0, 1e-6  # times the speed from which on fixed steps let a friction turn
@@ -44,11 +46,12 @@ class Holding(LoneFriction):
         What begins to slide takes its sliding force, and the rest is looked at again. Sets `senses`, `aimed` and
         `resting`.
         """
-        waiting = still
+        waiting, left = still, self._not_needed(touching)
         while True:
             here, levels = self._here(), self._levels(still)
-            touching, forces, most = self._landed(here, touching, still, levels)
-            acting = np.concatenate([touching, still])
+            touching, forces, most, left = self._landed_on_few(here, touching, still, levels, left)
+            bearing = touching & ~left
+            acting = np.concatenate([bearing, still & (self._pressed(bearing) | ~left.any())])
             forces = _spread(here.compliance, acting[self.n_stops :] & ~self._in_circles, forces, most)
             forces, most, shared = self._evened(here, acting, levels, forces, most)
             accelerations = here.free + here.compliance @ forces
@@ -59,15 +62,20 @@ class Holding(LoneFriction):
             self.senses = np.where(slipping, onset, self.senses)
             self.aimed = self.aimed | (slipping & self._in_circles)
             still = sticks
+        forces = self._borne_by_few(
+            here, np.concatenate([touching, sticks]), levels, forces, same_motion=True
+        )
         held = np.concatenate([touching & self._press(here, forces), sticks])
         weak = self._weak(here, touching & struck, forces, accelerations)
-        pressing = weak & (self._later(here, forces).free <= here.free) if weak.any() else weak
+        pressing = self._about_to_press(here, np.concatenate([touching, sticks]), weak, forces)
         far = np.concatenate([held[: self.n_stops], self._far_from_limit(forces[self.n_stops :], most)])
         # What shares a load near its limit is held where little force does much.
         firmest = held & ~weak & shared
-        kept = _independent(here.compliance, [held & ~weak & far & ~firmest, held & ~weak & ~far & ~firmest])
-        kept = _firmest(here.compliance, kept, firmest)
-        kept = _independent(here.compliance, [kept, pressing])
+        order = self._in_order(most)
+        groups = [held & ~weak & far & ~firmest, held & ~weak & ~far & ~firmest]
+        kept = _firmest(here.compliance, _independent(here.compliance, groups, order), firmest)
+        kept = _independent(here.compliance, [kept, *pressing], order)
+        self._unpressed = (kept & weak)[: self.n_stops]
         self.resting = waiting & ~kept[self.n_stops :] & _follow(here.compliance, kept)[self.n_stops :]
         self._share(here, sticks & ~kept[self.n_stops :], forces)
         self.aimed = self.aimed & self._pressed(kept[: self.n_stops])  # a stop that takes off bears nothing
@@ -113,6 +121,11 @@ class Holding(LoneFriction):
         held[pressed] -= np.linalg.lstsq(block, accelerations[pressed], rcond=_DEPENDENT)[0]
         stays = (np.abs(here.free + here.compliance @ held) <= small)[acting].all()
         return held if stays and (held[: self.n_stops] >= 0.0).all() else forces
+
+    def _in_order(self, most: np.ndarray) -> np.ndarray:
+        """Return stops, then frictions, those that can bear something first: the order in which they hold."""
+        idle = most <= _ROUNDED_LEVEL * most.max(initial=0.0)
+        return np.concatenate([np.arange(self.n_stops), self.n_stops + np.argsort(idle, kind="stable")])
 
     def _far_from_limit(self, forces: np.ndarray, most: np.ndarray) -> np.ndarray:
         """Which frictions are to hold what several could: all, but those of two directions that can take no more."""
@@ -237,13 +250,21 @@ class Holding(LoneFriction):
         """Return which of the stops stay in touch, the forces, and the levels of frictions.
 
         A gap that opens so slowly that its flight would stay below the tolerances of the run stays: there are no ever
-        smaller rebounds.
+        smaller rebounds. Points that rise at different speeds of one body that turns cannot all stick: where no forces
+        hold all of them, none that rises stays.
         """
         touching, heights = touching.copy(), self._gap_tolerances(here)
+        rising = here.speeds[: self.n_stops] > self._speed_tolerances(here)[: self.n_stops]
         while True:
-            forces, most = self._forces(
-                here, np.concatenate([touching, still & self._pressed(touching)]), levels
-            )
+            try:
+                forces, most = self._forces(
+                    here, np.concatenate([touching, still & self._pressed(touching)]), levels
+                )
+            except ContactError:
+                if not (touching & rising).any():
+                    raise
+                touching &= ~rising
+                continue
             # Left out alone, a gap that is pressed shut would fall with this acceleration.
             pull = np.diag(here.compliance)[: self.n_stops] * forces[: self.n_stops]
             flight = np.where(touching & (pull > 0.0), np.maximum(here.speeds[: self.n_stops], 0.0) ** 2, 0.0)
@@ -347,13 +368,111 @@ class Holding(LoneFriction):
         weak[: self.n_stops] = touching & (np.abs(np.diag(here.compliance) * forces) <= small)[: self.n_stops]
         return weak & (np.abs(accelerations) <= small) & (np.abs(here.speeds) <= self._speed_tolerances(here))
 
+    def _not_needed(self, touching: np.ndarray) -> np.ndarray:
+        """Which stops that touch are open, and what is closed keeps from closing further."""
+        closed = np.concatenate([touching & self.closed, np.zeros(self.n - self.n_stops, dtype=bool)])
+        return touching & ~self.closed & _follow(self._here().compliance, closed)[: self.n_stops]
+
+    def _landed_on_few(
+        self, here: LocalDynamics, touching: np.ndarray, still: np.ndarray, levels: Levels, left: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return what `_landed` does, and which stops are left out because others bear the load.
+
+        Where something slides, how a load is shared, which rigid bodies leave open, tells how much it rubs where, and
+        so the motion. It is borne by the stops that bear it already, all but those `left`, as long as these can.
+        """
+        if not (self._coupled & self._pressed(touching) & ~still).any():
+            return *self._landed(here, touching, still, levels), np.zeros_like(touching)
+        small = UNDECIDED * here.sizes_of_free
+        for out in [left, np.zeros_like(left)] if left.any() else [left]:
+            try:
+                landed, forces, _ = self._landed(here, touching & ~out, still, levels)
+            except ContactError:
+                if out.any():
+                    continue
+                raise
+            if not ((here.free + here.compliance @ forces < -small)[: self.n_stops] & out).any():
+                break
+        few = self._borne_by_few(here, np.concatenate([landed, still]), levels, forces, same_motion=False)
+        c, slope = levels.linear(here, few, 1.0)
+        return landed | out, few, c + slope @ few, out | ((forces > 0.0) & ~(few > 0.0))[: self.n_stops]
+
+    def _borne_by_few(
+        self,
+        here: LocalDynamics,
+        acting: np.ndarray,
+        levels: Levels,
+        forces: np.ndarray,
+        *,
+        same_motion: bool,
+    ) -> np.ndarray:
+        """Return forces by Coulomb's law with no more stops that press than determine the motion.
+
+        Of stops that depend on each other only some can be closed, and not any: where the load is outside of these they
+        would pull. One after another is left out, those that are open first, then those that bear least, as long as
+        what is left holds the load: with frictions far from their limits there always is one (Carathéodory's theorem).
+
+        Parameters
+        ----------
+        same_motion : bool
+            Whether the motion must be that of `forces`. Where something slides, how a load is shared, which rigid
+            bodies leave open, tells how much it rubs where: any motion by the law is right then.
+        """
+        small = UNDECIDED * here.sizes_of_free
+        while True:
+            pressed = acting & (forces > 0.0) & (np.arange(self.n) < self.n_stops)
+            if not (pressed & ~_independent(here.compliance, [pressed], np.arange(self.n))).any():
+                return forces
+            rows = np.flatnonzero(pressed)
+            for i in rows[np.lexsort((forces[rows], self.closed[rows]))]:
+                found = self._without(
+                    here, acting & (pressed | (np.arange(self.n) >= self.n_stops)), levels, i
+                )
+                if found is None:
+                    continue
+                change = here.compliance @ (found - forces)
+                falls = (here.free + here.compliance @ found < -small)[: self.n_stops] & acting[
+                    : self.n_stops
+                ]
+                if not ((np.abs(change) > small).any() if same_motion else falls.any()):
+                    forces = found
+                    break
+            else:
+                return forces
+
+    def _without(self, here: LocalDynamics, acting: np.ndarray, levels: Levels, i: int) -> np.ndarray | None:
+        """Return the forces where stop `i` and its friction do not act, None where there are none."""
+        fewer = acting & (np.arange(self.n) != i)
+        fewer[self.n_stops :] &= self._pressed(fewer[: self.n_stops])
+        try:
+            return self._forces(here, fewer, levels)[0]
+        except ContactError:
+            return None
+
+    def _about_to_press(
+        self, here: LocalDynamics, acting: np.ndarray, weak: np.ndarray, forces: np.ndarray
+    ) -> list[np.ndarray]:
+        """Which of the `weak` stops press a moment later, and which neither press nor open clearly there."""
+        if not weak.any():
+            return []
+        later = self._later(here, forces)
+        levels = self._levels(acting[self.n_stops :], later)
+        found, _ = self._forces(later, acting, levels)
+        found = self._borne_by_few(later, acting, levels, found, same_motion=False)
+        opening = later.free + later.compliance @ found - np.diag(later.compliance) * found
+        opening -= here.free + here.compliance @ forces - np.diag(here.compliance) * forces
+        clear = np.abs(opening) > _CHANGES * here.sizes_of_free
+        return [weak & clear & (opening < 0.0), weak & ~clear & (later.free <= here.free)]
+
     def _share(self, here: LocalDynamics, others: np.ndarray, forces: np.ndarray) -> None:
         """Let frictions whose motion others hold already keep the part of the force that they have."""
         if not others.any():
             return
         c, slope = self._levels(np.zeros_like(others)).linear(here, forces, 1.0)
         sliding = c + slope @ forces
-        shares = -forces[self.n_stops :] / np.where(sliding > 0.0, sliding, np.inf)
+        # What nothing presses but round-off takes no part of the load: it would be a large one of what presses later.
+        bears = sliding > _ROUNDED_LEVEL * sliding.max(initial=0.0)
+        shares = -forces[self.n_stops :] / np.where(bears, sliding, np.inf)
         self.senses = np.where(others, shares, self.senses)
 
     def _led_onward(self, here: LocalDynamics) -> np.ndarray:
@@ -392,14 +511,14 @@ def _spread(compliance: np.ndarray, sharing: np.ndarray, forces: np.ndarray, mos
     return spread
 
 
-def _independent(compliance: np.ndarray, groups: list[np.ndarray]) -> np.ndarray:
-    """Return the rows of some groups, first ones first, that do not follow from those before.
+def _independent(compliance: np.ndarray, groups: list[np.ndarray], order: np.ndarray) -> np.ndarray:
+    """Return the rows of some groups, first ones first and each in some order, that do not follow from those before.
 
     A table on four feet stands on three of them; the fourth is taken up when one of these lets go.
     """
     kept = np.zeros(len(compliance), dtype=bool)
     for group in groups:
-        for i in np.flatnonzero(group):
+        for i in order[group[order]]:
             kept[i] = not _follow(compliance, kept)[i]
     return kept
 
@@ -586,10 +705,13 @@ class Switching(Holding):
         near = struck | (gaps <= self._gap_tolerances(here))
         fired_frictions = self._of_either(is_fired[self.n_stops :])
         came_to_rest = fired_frictions & self._came_to_rest(here) & ~self._under_way(here)
+        if came_to_rest.any():
+            came_to_rest |= self._almost_at_rest(here)
         sticking = self.stuck & ~self.aimed
         aims = self._aim_anew(fired_frictions & ~came_to_rest)
         self._decide(near, struck, sticking | came_to_rest, aims)
-        told = fired if len(fired) else np.flatnonzero(were_held != self._at_rest)
+        with_others = np.concatenate([np.zeros(self.n_stops, dtype=bool), came_to_rest & self.stuck])
+        told = np.flatnonzero(is_fired | with_others if len(fired) else were_held != self._at_rest)
         became = [(int(i), self._became(i, were_held[i], came_to_rest)) for i in told]
         return [x for k, x in enumerate(became) if x[1] and self.names[x[0]] not in self._told(became[:k])]
 
@@ -706,6 +828,14 @@ class Switching(Holding):
         slow = np.where(self._in_circles, _NEARLY, 1.0) * self._slow(here)
         small = np.maximum(slow, _AT_REST * last)
         return ~(self._coupled | self._in_circles) | (self._sliding(here) <= small)
+
+    def _almost_at_rest(self, here: LocalDynamics) -> np.ndarray:
+        """Which frictions in planes come to rest with others: slow enough to count as at rest at an event of theirs.
+
+        Points of one body stop at one instant, but for errors: the last of them would turn ever faster about others.
+        """
+        near = self._sliding(here) <= _NEARLY * self._slow(here)
+        return self.turning & self._pressed(self.closed) & near
 
     def _decide(
         self, near: np.ndarray, struck: np.ndarray, slow: np.ndarray, aims: np.ndarray | None = None

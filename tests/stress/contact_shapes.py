@@ -2,7 +2,7 @@
 
 Boxes, capsules, spheres and sets of them, planar and in space, with restitutions from 0 to 0.9, with and without
 friction, on level and leaning planes; and spheres and capsules that fall on capsules and boxes on a
-hinge, in a plane capsules on boxes, and meshes on a mesh. Each run is
+hinge, in a plane capsules on boxes, and meshes on a mesh; boxes that lie flat, and slide and spin. Each run is
 judged by `thrown_bodies.py`, frame by frame and impact by impact, and against another method at a small tolerance, for
 as long as that method agrees with itself at a larger one. Boxes in space with one corner that touches at a time follow
 `tests/falling_bodies.py` as well. A run that is flagged though nothing speaks against it, and though the other method
@@ -30,7 +30,7 @@ from ..falling_bodies import Fall, box_corners, write_hull
 from .scenario import DOUBTED, FLAGGED, REFUSED, RIGHT, WRONG
 from .thrown_bodies import FLOOR, TARGET_DAMPING, TARGET_INERTIA, Thrown, n_near, objection
 
-KINDS = ("planar", "space", "pair", "reference", "rods", "ledge", "stones")
+KINDS = ("planar", "space", "pair", "reference", "rods", "ledge", "stones", "spun")
 _PAIRS = ("pair", "rods", "ledge")  # a body on one on a hinge
 METHOD_NAMES = ("dop853", "taylor", "radau5", "rk4", "gauss8", "bdf")
 _SPAN, _FPS = 0.6, 500  # s; between frames a direction of sliding is taken for its mean
@@ -60,7 +60,7 @@ def thrown(kind: str, rng: np.random.Generator) -> tuple[Model, Thrown]:
             {"box": (sizes / 2).tolist()},
         ],
     }
-    name = "box" if kind == "reference" else rng.choice(list(shapes))
+    name = "box" if kind in ("reference", "spun") else rng.choice(list(shapes))
     name = {"pair": "sphere", "rods": "capsule", "ledge": "capsule"}.get(kind, name)
     inertia = rng.uniform(0.5, 1.0, 3) * (sizes @ sizes) / 12
     turn, spin = rng.normal(size=4), rng.normal(size=3) * 5
@@ -81,6 +81,10 @@ def thrown(kind: str, rng: np.random.Generator) -> tuple[Model, Thrown]:
     else:
         m.body("body", mass=1.0, inertia=inertia.tolist(), shape=shapes[name])
         start, rate = [0, 0, height, *turn], [*speed, *spin]
+        if kind == "spun":
+            half = rng.uniform(0.0, np.pi)
+            start = [0, 0, sizes[2] / 2, np.cos(half), 0, 0, np.sin(half)]
+            rate = [*(speed[:2] * rng.choice([0.0, 1.0])), 0, 0, 0, spin[2]]
         m.joint("free", type="free", child="body", start=start, rate=rate)
     if kind == "stones":
         corners = rng.normal(size=(rng.integers(4, 8), 3)) * sizes
@@ -101,7 +105,7 @@ def thrown(kind: str, rng: np.random.Generator) -> tuple[Model, Thrown]:
         m.contact("floor", body="body", plane="floor", **law)
         m.frame("floor", body="world", at=(0, FLOOR) if planar else (0, 0, FLOOR))
         return m, replace(about, target=target)
-    lean = float(rng.choice([0.0, 0.2])) if kind != "reference" else 0.0
+    lean = float(rng.choice([0.0, 0.2])) if kind not in ("reference", "spun") else 0.0
     m.frame("plane", body="world", rpy=(0, 0, lean) if planar else (lean, 0, 0))
     m.contact("floor", body="body", plane="plane", **law)
     return m, replace(about, lean=lean)
