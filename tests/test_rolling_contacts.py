@@ -420,7 +420,7 @@ def test_a_ball_on_a_road_that_is_a_table(kind):
 
 @pytest.mark.parametrize("rolls", ["ball", "wheel"])
 def test_a_map_of_a_surface_is_rolled_on_as_the_surface_is(rolls):
-    """Products of splines through z = (a x² + b y²)/2 + c x y are that; the balance of `radau5` has their derivatives."""
+    """Products of splines through z = (a x² + b y²)/2 + c x y are that; `radau5` has their derivatives."""
     knots = np.linspace(-1.5, 1.5, 6)
     x, y = (a.ravel() for a in np.meshgrid(knots, knots, indexing="ij"))
     turn = Rotation.from_euler("ZXY", [0.3, 0.2, 0.1]).as_quat()[[3, 0, 1, 2]]
