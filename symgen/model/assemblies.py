@@ -820,5 +820,7 @@ def _check_free(use: Use, given: Given, sources: Any, kinds: Mapping[str, str]) 
             if name in kinds:
                 message = f"'{name}' is a {kinds[name]} of the model, which comes into an assembly by a port"
                 raise sources.name_error(*address, name, message, hint="declare the port")
+            if source.point:
+                raise sources.point_error(*address, source.point, (), ())
             message = f"the name '{name}' is not declared, and the model has no such parameter"
             raise sources.name_error(*address, name, message, hint=nearest(name, known, "parameters"))
