@@ -278,6 +278,7 @@ FAULTS = {
     'x = { assembly = "needy" }': ("[use.x] hinge", "there is no body 'hinge' for the port"),
     'x = { assembly = "needy", hinge = "cart" }': ("[use.x] hinge", "there is no body 'cart'"),
     'x = { assembly = "free" }': ("[assemblies.free.bodies.bob] mass, column 3, used as 'x'", "not declared"),
+    'x = { assembly = "blind" }': ("[assemblies.blind.bodies.bob] mass, used as 'x'", "there is no coordinate, rate"),
     'x = { assembly = "wrong" }': ("[assemblies.wrong.energy] potential, used as 'x'", "units do not match"),
 }  # fmt: skip
 MORE = """
@@ -298,6 +299,11 @@ inertia = 1
 x = {}
 [assemblies.free.bodies.bob]
 mass = "2*nowhere"
+com = ["x", 0]
+[assemblies.blind.coordinates]
+x = {}
+[assemblies.blind.bodies.bob]
+mass = "acceleration(nowhere)"
 com = ["x", 0]
 [assemblies.wrong.parameters]
 k = "3 N/m"

@@ -565,7 +565,10 @@ class _Taken:
     def _sensor(self, kind: str, names: tuple[str, ...]) -> algebra.Symbol:
         """A sensor by the model's names; what is measured along world axes is, along those of the assembly."""
         first, *more = names
-        first = self.symbols[first].name if kind == "acceleration" and not more else self._element(first)
+        if kind == "acceleration" and not more:
+            first = getattr(self.symbols.get(first), "name", first)  # one that is not declared is told later
+        else:
+            first = self._element(first)
         at = {"distance": 0, "angle": 0}.get(kind, 1)  # where names of frames begin
         more = [x if k < at else self._element(x) for k, x in enumerate(more)]
         if kind == "angle":

@@ -60,7 +60,11 @@ def make_body(
         solids = (_heavy_mesh(model, table, shape["mesh"], density),)
     else:
         solids = make_solids(model, table, {} if shape is None else shape, density, len(position) == 2)
-    made = together(solids)
+    try:
+        made = together(solids)
+    except OverflowError:
+        message = "the mass or inertia of the shapes is beyond what numbers hold"
+        raise sources.error(table, "shape", message, hint="look at their sizes and densities") from None
     if made is not None:
         for key, value in (("mass", mass), ("inertia", inertia)):
             if value is not None:
