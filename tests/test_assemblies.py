@@ -97,6 +97,16 @@ def test_equal_assemblies_are_derived_once_and_stand_in_one_loop():
         assert run[f"c{k}.th"][-1] == pytest.approx(alone["c.th"][-1], abs=1e-7)
 
 
+@pytest.mark.parametrize(("offsets", "found"), [('["d{}", 0]', [4]), ("[{}, 0]", [1, 1, 1, 1])])
+def test_places_that_differ_in_parameters_leave_assemblies_equal(offsets, found):
+    parameters = "".join(f"d{k} = {k}\n" for k in range(1, 5))
+    uses = "".join(f'c{k} = {{ assembly = "pendulum", offset = {offsets.format(k)} }}\n' for k in range(1, 5))
+    model = read(f'[parameters]\n{parameters}{PENDULUM}[use]\n{uses}[outputs]\nplace = "c3.bob.x"\n')
+    assert derive_text(model).structure["subsystems"] == found
+    run = model.derive().run(t_end=0.5)
+    assert run["place"] == pytest.approx(3 + 0.5 * np.sin(run["c3.th"]), rel=1e-14)
+
+
 def test_a_parameter_of_a_loop_that_another_subsystem_reads_has_two_names():
     m = Model("shared", gravity=(0, -9.81))
     x = m.coordinate("x", start=0.1)
