@@ -30,6 +30,7 @@ _OF_FRICTIONS = ("slip", "stick", "turn", "impact")  # as `integrate/plain_frict
 _PERTURBATION = 4.0 * np.finfo(float).eps
 _PROJECTION_NOISE = 4.0  # states on constraints carry the round-off of the projection as well
 _CLEAR = 8.0  # times round-off: a flight that high is surely seen
+_JUMPED = 1e6  # times round-off: no event is located so badly, so that a function that is so far past zero has jumped
 _PART_OF_FLIGHT = 1e-2  # over which an event function is nearly straight
 _BACK = 1e-6  # of the rate on the other side of a jump: a rate back to it that counts
 _AHEAD = 1e-6  # of the time in which the coordinates travel their own size
@@ -451,7 +452,8 @@ class EventActions:
             rises = self._rises(np.sign(side[arrays.jumps]))
             floor = _CLEAR * arrays.event_block(at.FLOOR)
             side[undecided] = np.where(np.abs(rises) > floor, at.LEANING * np.sign(rises), 0.0)[undecided]
-            self._refuse_sliding(undecided[side[undecided] != 0.0])
+            decided = undecided[side[undecided] != 0.0]
+            self._refuse_sliding(decided, decided)
         arrays.take_branches()
 
     def _change_branches(self, which: np.ndarray) -> None:
@@ -464,19 +466,31 @@ class EventActions:
         values = self.form.kernel("events")(arrays.t, arrays.y[:n], held)
         floor = arrays.event_block(at.FLOOR)[which]
         after = np.where(chosen, np.where(before != 0.0, -before, np.sign(values[arrays.jumps])), before)
-        past = past_event(arrays, values[which], floor)
+        past, begins = np.abs(values[which]), _begins_a_step(arrays)
+        # One that is farther past zero than it comes in a short time has jumped with a choice that it is made of.
+        far = past > _JUMPED * floor
+        if far.any():
+            far &= past > np.abs(self._rises(after)[which])
+        past[far | (begins & (past > _CLEAR * floor))] = 0.0
         # What jumped exactly to zero is on neither side yet; what its own motion brought there goes on.
-        jumped = (past == 0.0) & _begins_a_step(arrays)
+        jumped = far | (begins & (past == 0.0))
         arrays.event_block(at.SIDE)[which] = np.where(
             jumped, np.sign(values[which]), at.LEANING * after[chosen]
         )
         arrays.event_block(at.BAND)[which] = floor + past
         arrays.take_branches()
         self.n_jumps += len(which)
-        self._refuse_sliding(which)
+        self._refuse_sliding(which, which[~far])
 
-    def _refuse_sliding(self, which: np.ndarray) -> None:
+    def _refuse_sliding(self, which: np.ndarray, at_zero: np.ndarray) -> None:
         """Refuse to go on along a jump to which the force pushes from both sides.
+
+        Parameters
+        ----------
+        which : ndarray of int
+            Jumps of this instant: choices that others are made of go over together with these.
+        at_zero : ndarray of int
+            Those whose argument is at zero; others have jumped past it, with what they are made of.
 
         Raises
         ------
@@ -484,8 +498,8 @@ class EventActions:
         """
         arrays = self.arrays
         now = np.sign(arrays.event_block(at.SIDE)[arrays.jumps])
-        for event in which:
-            other = np.where(np.array(arrays.jumps) == event, -now, now)
+        for event in at_zero:
+            other = np.where(np.isin(arrays.jumps, which), -now, now)
             here, there = self._rises(now)[event], self._rises(other)[event]
             side = np.sign(arrays.event_block(at.SIDE)[event])
             clear = max(_CLEAR * arrays.event_block(at.FLOOR)[event], _BACK * abs(there))

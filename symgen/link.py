@@ -161,7 +161,7 @@ def load(
     try:
         text = module_for(path, given, on_demand=True).text
     except ModelError as error:
-        raise error.located(file=str(path)) from None
+        raise error.located(file=library.said(path)) from None
     system = load_module(text, path, given)
     if functions or frames or actuators:
         return system.with_robot(robot(path, functions, frames, actuators, **options))
@@ -184,7 +184,7 @@ def load_module(
     """
     here = path.absolute()  # the working folder may be another one when these are asked for
     system = runtime.load(text, lambda: module_for(here, options, notify).text)
-    return system.vetted_by(lambda: library.load(here, options).values_of_runs(str(path))())
+    return system.vetted_by(lambda: library.load(here, options).values_of_runs(library.said(path))())
 
 
 def robot(
@@ -231,7 +231,7 @@ def robot(
     try:
         text = robot_file_text(path, given, request)
     except ModelError as error:
-        raise error.located(file=str(path)) from None
+        raise error.located(file=library.said(path)) from None
     store(cached, text.encode())
     return running.load_robot(text)
 

@@ -97,6 +97,16 @@ def test_equal_assemblies_are_derived_once_and_stand_in_one_loop():
         assert run[f"c{k}.th"][-1] == pytest.approx(alone["c.th"][-1], abs=1e-7)
 
 
+@pytest.mark.parametrize(("offsets", "found"), [('["d{}", 0]', [4]), ("[{}, 0]", [1, 1, 1, 1])])
+def test_places_that_differ_in_parameters_leave_assemblies_equal(offsets, found):
+    parameters = "".join(f"d{k} = {k}\n" for k in range(1, 5))
+    uses = "".join(f'c{k} = {{ assembly = "pendulum", offset = {offsets.format(k)} }}\n' for k in range(1, 5))
+    model = read(f'[parameters]\n{parameters}{PENDULUM}[use]\n{uses}[outputs]\nplace = "c3.bob.x"\n')
+    assert derive_text(model).structure["subsystems"] == found
+    run = model.derive().run(t_end=0.5)
+    assert run["place"] == pytest.approx(3 + 0.5 * np.sin(run["c3.th"]), rel=1e-14)
+
+
 def test_a_parameter_of_a_loop_that_another_subsystem_reads_has_two_names():
     m = Model("shared", gravity=(0, -9.81))
     x = m.coordinate("x", start=0.1)
@@ -278,6 +288,7 @@ FAULTS = {
     'x = { assembly = "needy" }': ("[use.x] hinge", "there is no body 'hinge' for the port"),
     'x = { assembly = "needy", hinge = "cart" }': ("[use.x] hinge", "there is no body 'cart'"),
     'x = { assembly = "free" }': ("[assemblies.free.bodies.bob] mass, column 3, used as 'x'", "not declared"),
+    'x = { assembly = "blind" }': ("[assemblies.blind.bodies.bob] mass, used as 'x'", "there is no coordinate, rate"),
     'x = { assembly = "wrong" }': ("[assemblies.wrong.energy] potential, used as 'x'", "units do not match"),
 }  # fmt: skip
 MORE = """
@@ -298,6 +309,11 @@ inertia = 1
 x = {}
 [assemblies.free.bodies.bob]
 mass = "2*nowhere"
+com = ["x", 0]
+[assemblies.blind.coordinates]
+x = {}
+[assemblies.blind.bodies.bob]
+mass = "acceleration(nowhere)"
 com = ["x", 0]
 [assemblies.wrong.parameters]
 k = "3 N/m"

@@ -582,3 +582,32 @@ def test_a_body_hangs_on_turned_frames_as_newton_and_euler_say():
     end = solve_ivp(rates, (0, 0.6), start, method="DOP853", rtol=1e-12, atol=1e-13).y[:7, -1]
     np.testing.assert_allclose(run.states[-1][:7], end[[0, 1, 2, 6, 3, 4, 5]], atol=1e-10)
     assert run.ok
+
+
+def test_the_origin_of_the_world_is_a_place():
+    """By its name, as of frames; in an assembly that of its own world, which the use has put somewhere."""
+    text = """
+    [assemblies.swing.coordinates]
+    x = { unit = "m", start = 0.3 }
+    [assemblies.swing.bodies.block]
+    mass = "2 kg"
+    com = ["x", "0.4"]
+    [assemblies.swing.points.eye]
+    body = "block"
+    [assemblies.swing.springs.coil]
+    points = [PLACE, "eye"]
+    stiffness = "50 N/m"
+    length = "0.4 m"
+    [use.one]
+    assembly = "swing"
+    offset = [1, 2]
+    [outputs]
+    place = "one.block.x"
+    """
+    runs = [derive(read_text(text.replace("PLACE", x))).run(t_end=0.5) for x in ('"world"', "[0, 0]")]
+    assert runs[0]["place"][0] == pytest.approx(1.3, rel=1e-15)
+    np.testing.assert_array_equal(runs[0].states, runs[1].states)
+    with pytest.raises(
+        ModelError, match=r"\[assemblies.swing.springs.coil\] points.*there is no point 'wrld'"
+    ):
+        read_text(text.replace("PLACE", '"wrld"')).describe()

@@ -551,3 +551,17 @@ def test_events_that_come_in_crowds_are_missed_only_where_that_is_said(method, d
         found = {entry.check: entry for entry in run.health}["missed events"]
         assert found.ok == (len(run.events) == expected), (len(run.events), expected)
     assert found.ok
+
+
+def test_a_friction_that_bears_less_at_rest_than_while_it_slides_is_told_so():
+    """Where levels follow the motion no check of parameters sees it: it comes to rest under 1.3 N and bears 1 N."""
+    m = Model("weak")
+    x = m.coordinate("x", rate=1.0)
+    m.body("block", mass=1, com=(x, 0))
+    m.force(x, "1.5*sin(2*t)")
+    m.friction("sole", coordinate="x", force="1.2 + 0.1*x", static="1 + 0*x")
+    (entry,) = [check for check in m.derive().run(t_end=5.0).health if not check.ok]
+    assert (
+        entry.check == "held"
+        and "bears less while it sticks ('static'), 1, than while it slides, 1.3" in entry.says
+    )

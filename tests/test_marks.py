@@ -343,7 +343,7 @@ def test_drawings_survive_toml_and_are_evaluated():
     [
         ('sprin = ["hook", "hook"]', "unknown key 'sprin'; did you mean 'spring'?"),
         ('spring = ["hook"]', 'a spring takes a list of 2 places, such as ["hook", "hub"]'),
-        ('spring = ["hok", "hook"]', "the name 'hok_x' is not declared"),
+        ('spring = ["hok", "hook"]', "there is no point 'hok'; did you mean 'hook'?"),
         ('ground = ["k", "0"]', "units do not match"),
         ('ground = "h ook"', "a place is a point's name"),
         ("ground = 3", "a list of 2 or 3 components is expected here"),

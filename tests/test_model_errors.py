@@ -281,6 +281,14 @@ WRONG = {
         "mass, an inertia or both",
     ),
     "inertia without angle": ('angle = "phi"\n', "", "bodies.hook", "angle", None, "needs the angle"),
+    "rotation by a number": (
+        'angle = "phi"',
+        "rotation = 1",
+        "bodies.hook",
+        "rotation",
+        None,
+        "a list of axes and angles",
+    ),
     "rotation in the plane": (
         'angle = "phi"',
         'rotation = [["z", "phi"]]',

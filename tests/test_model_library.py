@@ -4,8 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from symgen import link
 from symgen.errors import ModelError
 from symgen.model import library
+from symgen.runtime.errors import RuntimeModelError
 
 BUILD = '''"""A chain.
 
@@ -140,6 +142,12 @@ def test_open_ended_options(tmp_path):
 
 def test_toml_is_read_by_path():
     assert library.load(library.find("bouncing_ball")).describe().name == "bouncing_ball"
+
+
+def test_errors_of_bundled_models_name_the_model_and_not_where_it_lies():
+    with pytest.raises(RuntimeModelError) as error:
+        link.load("pendulum").run(t_end=0.1, parameters={"m": -1})
+    assert str(error.value).startswith("pendulum.toml, [bodies.bob] mass: the mass is negative")
 
 
 @pytest.mark.parametrize("name", ["slider.TOML", "slider.Toml"])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline, PchipInterpolator
 from scipy.spatial.transform import Rotation
 from scipy.special import ellipj, ellipk
 
@@ -384,13 +385,73 @@ def test_an_upright_disc_in_a_trough_swings_as_its_closed_form_says():
     assert all(check.ok for check in run.health), run.health
 
 
+@pytest.mark.parametrize("kind", ["cubic", "pchip"])
+def test_a_ball_on_a_road_that_is_a_table(kind):
+    """The centre's path is parallel to the road: with the foot's place u its speed w has 7/5 w' = -g sin(slope)."""
+    r, knots = 0.08, np.linspace(-1.0, 1.0, 11)
+    heights = 0.35 * knots**2 + 0.02 * np.sin(6 * knots)
+    road = (CubicSpline if kind == "cubic" else PchipInterpolator)(knots, heights)
+    slope, bend = road.derivative(), road.derivative(2)
+
+    def motion(_, s):
+        length = np.sqrt(1 + slope(s[0]) ** 2)
+        return [s[1] / (length - r * bend(s[0]) / length**2), -9.81 / 1.4 * slope(s[0]) / length]
+
+    u, speed = solve_ivp(motion, (0, 1.2), [-0.55, 0.2], "DOP853", rtol=1e-11, atol=1e-12, max_step=1e-3).y[
+        :, -1
+    ]
+    length = np.sqrt(1 + slope(u) ** 2)
+    m = Model("road", gravity=(0, "-9.81 m/s^2"))
+    m.table("road", columns=[knots, heights], kind=kind, outside="extend", units=["m", "m"])
+    first = np.sqrt(1 + slope(-0.55) ** 2)
+    begin = (-0.55 - r * slope(-0.55) / first, road(-0.55) + r / first)
+    x = m.coordinate("x", unit="m", start=float(begin[0]), rate=0.2 / float(first))
+    y, phi = m.coordinate("y", unit="m", guess=float(begin[1])), m.coordinate("phi")
+    m.body("ball", mass="2 kg", inertia=0.4 * 2 * r * r, com=(x, y), angle=phi)
+    m.rolling("roll", "ball", ball=f"{r} m", height="road(here_x)")
+    system = m.derive()
+    for method, off in (("dop853", 1e-6), ("radau5", 1e-6), ("bdf", 1e-5)):
+        run = system.run(t_end=1.2, rtol=1e-9, atol=1e-11, method=method)
+        assert all(check.ok for check in run.health), (method, run.health)
+        found = [run[name][-1] for name in ("x", "y", "dot(phi)")]
+        expected = [u - r * slope(u) / length, road(u) + r / length, -speed / r]
+        assert found == pytest.approx(expected, abs=off), method
+
+
+@pytest.mark.parametrize("rolls", ["ball", "wheel"])
+def test_a_map_of_a_surface_is_rolled_on_as_the_surface_is(rolls):
+    """Products of splines through z = (a x² + b y²)/2 + c x y are that; `radau5` has their derivatives."""
+    knots = np.linspace(-1.5, 1.5, 6)
+    x, y = (a.ravel() for a in np.meshgrid(knots, knots, indexing="ij"))
+    turn = Rotation.from_euler("ZXY", [0.3, 0.2, 0.1]).as_quat()[[3, 0, 1, 2]]
+    ends = {}
+    for height in ("land(here_x, here_y)", "0.2*here_x^2 + 0.1*here_x*here_y + 0.15*here_y^2"):
+        m = Model("map", gravity=(0, 0, "-9.81 m/s^2"))
+        m.table(
+            "land", columns=[x, y, 0.2 * x**2 + 0.1 * x * y + 0.15 * y**2], kind="cubic", outside="extend"
+        )
+        m.body("body", mass=1, inertia=[0.25 * 0.04, 0.5 * 0.04, 0.25 * 0.04])
+        m.joint("j", "free", "body", guess=[0.3, 0.1, 0.25, *turn], rate_guess=[0.5, 0.2, 0, 0, 4, 0.3])
+        m.rolling(
+            "roll", "body", **{rolls: 0.2}, **({"axis": (0, 1, 0)} if rolls == "wheel" else {}), height=height
+        )
+        system = m.derive()
+        for method in ("dop853", "radau5"):
+            run = system.run(t_end=0.3, rtol=1e-10, atol=1e-12, method=method)
+            assert all(check.ok for check in run.health), (method, run.health)
+            ends[height[:4], method] = [*run.q[-1], *run.v[-1]]
+    exact = ends.pop(("0.2*", "dop853"))
+    for which, found in ends.items():
+        assert found == pytest.approx(exact, abs=2e-8), which
+
+
 def test_what_surfaces_have_not():
     def model(**given):
         m = Model("m")
         m.body("b", mass=1, inertia=[1, 1, 1])
         m.joint("j", "free", "b")
         x, y = np.meshgrid(range(3), range(3))
-        m.table("land", columns=[y.ravel(), x.ravel(), np.zeros(9)], kind="cubic", outside="extend")
+        m.table("land", columns=[y.ravel(), x.ravel(), np.zeros(9)], kind="cubic")
         m.table("steps", columns=[[0, 1, 2], [0, 1, 0]], kind="linear", outside="extend")
         m.rolling("r", "b", **given)
         return m.describe()
@@ -398,8 +459,9 @@ def test_what_surfaces_have_not():
     for given, says in (
         ({"knife": (1, 0, 0), "height": "here_x"}, "a blade glides on a plane"),
         ({"ball": 0.1, "height": "here_x + here_z"}, "does not depend on 'here_z'"),
-        ({"ball": 0.1, "height": "land(here_x, here_y)"}, "or let it touch by [contacts]"),
-        ({"ball": 0.1, "height": "steps(here_x)"}, "or let it touch by [contacts]"),
+        ({"ball": 0.1, "height": "land(here_x, here_y)"}, 'give the table outside = "extend"'),
+        ({"wheel": 0.1, "height": "land(here_x, here_y)"}, 'give the table outside = "extend"'),
+        ({"ball": 0.1, "height": "steps(here_x)"}, "kinks"),
         ({"ball": 0.1, "height": "abs(here_x)"}, "height"),
         ({"ball": 0.1, "height": "here_x + t"}, "'t'"),
     ):

@@ -228,6 +228,8 @@ def test_files_round_trip():
         ("cone = [0.008, 0.1]", "cone = [0.2, 0.1]", "shape", "holes .* larger"),
         ("cone = [0.008, 0.1], axis = [1, 0, 0]", 'box = ["l", 0.02, 0.02]', "shape", "holes .* larger"),
         ("cone = [0.008, 0.1]", "tube = [0.1, 0.2, 1]", "shape[1].tube, element 2", "not below the outer"),
+        ('offset = ["l/2", 0, 0]', "offset = 0.1", "shape[0].offset", "write it in brackets"),
+        ("cone = [0.008, 0.1]", "cone = [1e308, 0.1]", "mass", "no finite value"),
         ('density = "rho"', 'density = "rho"\nmass = 2', "mass", "follows from the shapes"),
         ('density = "rho"', 'density = "l"', "density", "units do not match"),
         ('density = "rho"', 'mass = 1\ndensity = "pin"', "mass", "follows"),
@@ -247,6 +249,12 @@ def test_wrong_shapes(old, new, place, words):
     with pytest.raises(ModelError, match=words) as caught:
         read_text(ROD.replace(old, new), file="rod.toml").describe()
     assert caught.value.key == place
+
+
+def test_numbers_that_make_a_body_too_large_are_refused():
+    m = Model("star")
+    with pytest.raises(ModelError, match=r"shape: the mass or inertia .* beyond what numbers hold"):
+        m.body("star", density=1, com=(0, 0, 0), shape={"sphere": [1e200]})
 
 
 def test_a_shape_that_is_only_drawn_has_no_mass():

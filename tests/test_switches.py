@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 import sympy
+from scipy.integrate import solve_ivp
 
 import symgen
 from symgen import Model, runtime
@@ -222,6 +223,69 @@ def test_motion_along_a_switch_is_refused_by_name():
     run = mass("where(dot(x) > 0, -1, 1) - 0.3", rate=1.0).derive().run(t_end=5.0, method="dop853")
     assert run.status == "failed" and "from both sides" in run.message
     assert "0 < dot(x) in the force on x" in run.message
+
+
+def cell_by_cell(width, forces, t_end):
+    """x'' = forces[k modulo their number] - 2 x while x is in cell k of a width, from x = 0.05 with a rate of 1."""
+    t, y, k = 0.0, [0.05, 1.0], 0
+    while True:
+        ends = [lambda t, y, at=(k + side) * width: y[0] - at for side in (0, 1)]
+        ends[0].direction, ends[1].direction = -1, 1
+        ends[0].terminal = ends[1].terminal = True
+        force = forces[k % len(forces)]
+        run = solve_ivp(
+            lambda t, y, f=force: [y[1], f - 2 * y[0]],
+            (t, t_end),
+            y,
+            "DOP853",
+            events=ends,
+            rtol=1e-12,
+            atol=1e-14,
+        )
+        t, y = run.t[-1], run.y[:, -1]
+        if run.status == 0:
+            return y
+        k += 1 if len(run.t_events[1]) else -1
+
+
+@pytest.mark.parametrize("method", [*ADAPTIVE])
+@pytest.mark.parametrize(
+    ("force", "width", "forces"),
+    [
+        ("where(mod(x, b) < b/2, 1, -1)", 0.15, (1.0, -1.0)),
+        ("where(mod(x, b) < b/3, 2, where(mod(x, b) < 2*b/3, -1, 0.5))", 0.1, (2.0, -1.0, 0.5)),
+        ("2*floor(2*mod(x, b)/b) - 1", 0.15, (-1.0, 1.0)),
+        ("where(x - b*floor(x/b) < b/2, sign(b/4 - mod(x, b)), 0.5)", 0.075, (1.0, -1.0, 0.5, 0.5)),
+    ],
+)
+def test_a_choice_is_made_anew_where_what_it_compares_jumps(force, width, forces, method):
+    """A sawtooth of the way: a choice jumps past zero as another one goes over, at no crossing of its own."""
+    system = Model.from_toml(
+        f"""
+        [parameters]
+        b = 0.3
+        [coordinates]
+        x = {{ start = 0.05, rate = 1 }}
+        [bodies.block]
+        mass = 1
+        com = ["x", 0]
+        [forces]
+        x = "{force} - 2*x"
+        """
+    ).derive()
+    run = system.run(t_end=2.5, rtol=1e-9, atol=1e-11, method=method)
+    assert run.status == "success" and run.ok
+    assert [run["x"][-1], run["dot(x)"][-1]] == pytest.approx(cell_by_cell(width, forces, 2.5), abs=1e-5)
+
+
+def test_chatter_between_choices_that_are_made_of_each_other_is_refused_by_name():
+    """At a rate of 1 the floor in it jumps, and with it the sign: below they push up, above they push down."""
+    m = Model("chatter")
+    x = m.coordinate("x", rate=0.98)
+    m.body("block", mass=1, com=(x, 0))
+    m.force(x, "sign(mod(dot(x), 0.5) - 0.2)")
+    run = m.derive().run(t_end=1.0, method="dop853")
+    assert run.status == "failed" and "from both sides at t = 0.02 s" in run.message
 
 
 def test_loads_definitions_and_events_take_them():

@@ -263,6 +263,7 @@ def clamped(low: float, high: float, x: float) -> float:
 KINKS = {
     "max(x, 0)^2": ("-30*max(x, 0)^2", lambda x, v: -30.0 * max(x, 0.0) ** 2),
     "smoothstep": ("-10*smoothstep(0, 0.1, x)", lambda x, v: -10.0 * clamped(0.0, 0.1, x)),
+    "of parameters": ("-9*smoothstep(-a, a, x)", lambda x, v: -9.0 * clamped(-0.1, 0.1, x)),
     "of rates": (
         "min(dot(x), 0)^2 - 3*max(x, 0.2)^3",
         lambda x, v: min(v, 0.0) ** 2 - 3.0 * max(x, 0.2) ** 3,
@@ -273,6 +274,7 @@ KINKS = {
 
 def kinked(force: str):
     m = Model("kinked")
+    m.parameter("a", 0.1)
     x = m.coordinate("x", start=0.5, rate=0.3)
     m.kinetic("dot(x)^2/2")
     m.potential("2*x^2")

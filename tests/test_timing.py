@@ -86,6 +86,29 @@ def test_jumps_are_found_to_the_last_bit(hit):
     assert len(found.before) == len(inside.before) == 2
 
 
+@pytest.mark.parametrize("period", [0.13, 0.0314, 1.7])
+@pytest.mark.parametrize(
+    ("force", "switches"),
+    [
+        ("where(mod(t, T) < T/2, a, -a)", (0.5,)),
+        ("where(mod(t, T) < T/3, a, where(mod(t, T) < 5*T/6, -a, 2*a))", (1 / 3, 5 / 6)),
+        ("a*sign(t/T - floor(t/T) - 0.25)", (0.25,)),
+    ],
+)
+def test_a_choice_may_change_where_what_it_compares_jumps_and_in_between(force, switches, period):
+    """A sawtooth jumps, and crosses what it is compared with: both are found where one cell of time has both."""
+    m = Model("wave")
+    x = m.coordinate("x")
+    m.parameters(T=period, a=2.0)
+    m.body("b", mass=1, com=(x, 0))
+    m.force(x, force)
+    system = runtime.load(derive_text(m).text)
+    found = find_step_limits(system, system.parameter_values(), 0.0, 20 * period).before
+    expected = np.sort(np.add.outer(np.arange(20), (0.0, *switches)).ravel())[1:] * period
+    found = found[found < 19.99 * period]
+    np.testing.assert_allclose(found, expected[expected < 19.99 * period], rtol=1e-14)
+
+
 def test_what_is_found_does_not_depend_on_the_end(hit):
     shorter, longer = step_limits(hit, t_end=7.3, **BOX), step_limits(hit, t_end=5000.0, **BOX)
     assert np.array_equal(shorter.before, longer.before) and np.array_equal(shorter.after, longer.after)

@@ -73,6 +73,97 @@ def test_a_spinning_wheel_is_set_down(method):
     assert passed(run)
 
 
+GRIP = np.array(
+    [[0.0, 0.05, 0.1, 0.2, 0.5, 2.0], [0.0, 0.29, 0.52, 0.8, 0.86, 0.8]]
+)  # force per load by slip
+BY_LOAD = np.array([[0.0, 400.0, 4000.0], [1.05, 1.0, 0.7]])
+LAWS_IN_SPACE = {
+    "brush": ({"slip_stiffness": 12.0, "friction": 0.8}, lambda s, load: brush(s) * s),
+    "formula": (
+        {"magic": [8, 1.5, 0.4], "friction": 0.9},
+        lambda s, load: 0.9 * np.sin(1.5 * np.arctan(8 * s - 0.4 * (8 * s - np.arctan(8 * s)))),
+    ),
+    "table": (
+        {"table": "grip(rim_slip, rim_load)"},
+        lambda s, load: np.interp(s, *GRIP) * np.interp(load, *BY_LOAD),
+    ),
+}
+
+
+def thrown(m, law, inertia, start, rate, t_end):
+    """The state of a wheel that leans, spins and steers, by Newton and Euler for its centre and in its own axes."""
+    radius, spring, damper, relaxation = 0.3, 5e4, 100.0, 0.2
+
+    def motion(t, y):
+        p, (w, x, y_, z), v, spin, kappa, alpha = y[:3], y[3:7], y[7:10], y[10:13], y[13], y[14]
+        turn = np.array(
+            [
+                [1 - 2 * (y_ * y_ + z * z), 2 * (x * y_ - w * z), 2 * (x * z + w * y_)],
+                [2 * (x * y_ + w * z), 1 - 2 * (x * x + z * z), 2 * (y_ * z - w * x)],
+                [2 * (x * z - w * y_), 2 * (y_ * z + w * x), 1 - 2 * (x * x + y_ * y_)],
+            ]
+        )
+        axle, omega, up = turn[:, 1], turn @ spin, np.array([0.0, 0.0, 1.0])
+        along = np.cross(axle, up)
+        reach = np.linalg.norm(along)
+        along /= reach
+        across = np.cross(up, along)
+        arm = radius * (axle * axle[2] - up) / reach
+        slipping = v + np.cross(omega, arm)
+        reach_rate = -axle[2] * np.cross(omega, axle)[2] / reach
+        depth = radius * reach - p[2]
+        load = max(0.0, spring * depth + damper * (radius * reach_rate - v[2])) if depth > 0 else 0.0
+        slip = np.sqrt(kappa**2 + alpha**2 + 1e-12)
+        force = load * (law(slip, load) / slip * (kappa * along + alpha * across) + up)
+        torque = turn.T @ np.cross(arm, force)
+        turned = [-x * spin[0] - y_ * spin[1] - z * spin[2], w * spin[0] + y_ * spin[2] - z * spin[1],
+                  w * spin[1] - x * spin[2] + z * spin[0], w * spin[2] + x * spin[1] - y_ * spin[0]]  # fmt: skip
+        slips = [-(slipping @ way) - abs(v @ along) * s for way, s in ((along, kappa), (across, alpha))]
+        return [
+            *v,
+            *(0.5 * np.array(turned)),
+            *(force / m - 9.81 * up),
+            *((torque - np.cross(spin, inertia * spin)) / inertia),
+            *(np.array(slips) / relaxation),
+        ]
+
+    begin = [*start, *rate, 0.0, 0.0]
+    return solve_ivp(motion, (0, t_end), begin, "DOP853", rtol=1e-10, atol=1e-12, max_step=5e-3).y[:, -1]
+
+
+@pytest.mark.parametrize("law", LAWS_IN_SPACE)
+def test_a_wheel_that_leans_and_steers_in_space(law):
+    """Loads and slips along the way and across it at once, with the gyroscopic moments; `taylor` goes by pieces."""
+    given, formula = LAWS_IN_SPACE[law]
+    turn = np.array([0.99, 0.05, 0.0, 0.1])
+    start, rate = [0, 0, 0.299, *(turn / np.linalg.norm(turn))], [5, 0.3, -0.2, 0.1, 12, 0.4]
+    m = Model("wheel", gravity=(0, 0, "-9.81 m/s^2"))
+    if law == "table":
+        slips, loads = (x.ravel() for x in np.meshgrid(GRIP[0], BY_LOAD[0], indexing="ij"))
+        values = np.interp(slips, *GRIP) * np.interp(loads, *BY_LOAD)
+        m.table("grip", columns=[slips, loads, values], outside="hold")
+    m.body("wheel", mass="12 kg", inertia=(0.35, 0.6, 0.35), com=(0, 0, 0))
+    m.joint("free", type="free", child="wheel", start=start, rate=rate)
+    m.tyre(
+        "rim",
+        body="wheel",
+        radius="0.3 m",
+        stiffness="50 kN/m",
+        damping="100 N*s/m",
+        relaxation="0.2 m",
+        **given,
+    )
+    system = derive(m)
+    parts = "x y z qw qx qy qz vx vy vz wx wy wz"
+    names = [*(f"free_{part}" for part in parts.split()), "rim_kappa", "rim_alpha"]
+    exact = thrown(12.0, formula, np.array([0.35, 0.6, 0.35]), start, rate, 0.6)
+    for method, off in (("dop853", 5e-8), ("taylor", 5e-8), ("radau5", 3e-7)):
+        run = system.run(t_end=0.6, rtol=1e-9, atol=1e-11, method=method)
+        assert passed(run), method
+        found = [run[name][-1] for name in names]
+        assert found == pytest.approx(exact, abs=off), method
+
+
 def test_the_formula_and_a_table_are_laws():
     def magic(s):
         x = 9.0 * s

@@ -191,8 +191,8 @@ def _tighter(solution: Solution, column: int) -> str:
     if solution.step:
         return f"a smaller step than {solution.step:g} s"
     if np.ptp(solution.states[:, column]) < _HARDLY_RESOLVED * solution.atol:
-        return f"a smaller atol than {solution.atol:g}, which is much of that range"
+        return f"a smaller atol than {solution.atol:g} (which is much of that range)"
     largest = float(np.abs(solution.states[:, column]).max())
     if solution.atol > solution.rtol * largest:
-        return f"a smaller atol than {solution.atol:g}, which is more than rtol {solution.rtol:g} is of it"
+        return f"a smaller atol than {solution.atol:g} (rtol {solution.rtol:g} of its largest value is less than that)"
     return f"a smaller rtol than {solution.rtol:g}"

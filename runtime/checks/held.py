@@ -59,6 +59,17 @@ def held(solution: Solution) -> HealthCheck:
         f"{what} at t = {t[i]:.6g} s is beyond what it can bear by {beyond[i, j]:.3g}: it is held by nothing; take "
         "another method, and please report this model"
     )
+    if parts[i, j] > 0.0 and switch["kind"] == "friction":
+        k = j - layout.n_stops
+        bears, slides = (
+            levels[0, k]
+            for levels in _levels(solution, rows[i : i + 1], states[i : i + 1], 2 * layout.n_stops)
+        )
+        if bears < slides:
+            objection = (
+                f"{what} at t = {t[i]:.6g} s bears less while it sticks ('static'), {bears:.4g}, than while it slides, "
+                f"{slides:.4g}: what comes to rest there would slip at once; give 'static' no less, or leave it out"
+            )
     return limited(
         "held", float(parts[i, j]), _LIMIT, "what is held is held by forces that there are", objection
     )
@@ -83,7 +94,7 @@ def _beyond(
     beyond[:, :n_stops] = np.maximum(pulls, 0.0)
     sticks = (settings[:, layout.stuck] != 0.0) & ~layout.aiming(settings) & ~smooth_frictions(system)
     normals = normals_of(system)
-    static = np.maximum(_static_levels(solution, rows, states, 2 * n_stops), 0.0)
+    static = np.maximum(_levels(solution, rows, states, 2 * n_stops)[0], 0.0)
     pressed = normal_forces(normals, forces, multipliers)
     most = np.where([given(normal) for normal in normals], static, static * pressed)
     able[:, n_stops:] = most
@@ -91,14 +102,16 @@ def _beyond(
     return np.maximum(beyond, 0.0), able, largest
 
 
-def _static_levels(solution: Solution, rows: np.ndarray, states: np.ndarray, first: int) -> np.ndarray:
-    """Return the levels of frictions that stick (or their coefficients), by frame, with the settings of that frame."""
+def _levels(
+    solution: Solution, rows: np.ndarray, states: np.ndarray, first: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the levels of frictions (or their coefficients) while they stick and while they slide, by frame."""
     system, index = solution.system, solution.forms.index[rows]
     found = None
     for k in np.unique(index):
         own, p = index == k, solution.p.copy()
         p[system.settings_of_switches] = solution.forms.settings[k]
-        levels = evaluate(system, "switches", p, solution.t[rows[own]], states[own])[:, first + 2 :: 3]
+        levels = evaluate(system, "switches", p, solution.t[rows[own]], states[own])
         found = np.zeros((len(rows), levels.shape[1])) if found is None else found
         found[own] = levels
-    return found
+    return found[:, first + 2 :: 3], found[:, first + 1 :: 3]

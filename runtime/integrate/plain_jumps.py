@@ -1,7 +1,8 @@
 """What follows where a force goes over to another branch, at a jump or a kink, in machine code.
 
 It is what `EventActions._change_branches` does, which takes fifty times as long. All else is left to Python: several
-events at one instant, events of the model's own, and a force that pushes to its jump from both sides.
+events at one instant, events of the model's own, a choice that has jumped with what it compares, and a force that
+pushes to its jump from both sides.
 """
 
 import math
@@ -17,7 +18,7 @@ from symgen.runtime.integrate.plain_events import AHEAD, CLEAR, EPS, fired_alone
 
 ADVANCE, EVENTS, RHS = range(3)  # in `addresses`
 N_JUMPS, FIRST_BRANCH, IS_MULTISTEP, LOOKS_FOR_CHOICES, HOLDS_ALL = range(5)  # in `counts`
-BEGINNING, BACK = 32.0 * EPS, 1e-6  # as in `event_actions.py`
+BEGINNING, BACK, JUMPED = 32.0 * EPS, 1e-6, 1e6  # as in `event_actions.py`
 
 
 class Jumps(NamedTuple):
@@ -109,6 +110,8 @@ def act(loop, own):
     # What jumped exactly to zero is on neither side yet; what its own motion brought there goes on.
     side = sign(g) if begins and past == 0.0 else at.LEANING * after
     own.after[k] = sign(side)
+    if not begins and past > JUMPED * floor and past > abs(rise(event, loop, own)):
+        return False  # it may have jumped there with a choice that it is made of
     if slides(event, k, floor, loop, own):
         return False
     loop.control[at.N_CONTROL + at.SIDE * ne + event] = side

@@ -339,14 +339,19 @@ class Algebra(SeriesNodes):
             return self._node("select", (none, is_taken, a, none), ("olt",))
         return self._node("kept", (is_taken, a))
 
-    def _may_break(self, a: int) -> bool:
-        """Whether a series is made of what is not finite everywhere."""
+    def _is_given(self, node: int) -> bool:
+        """Whether a constant is made of numbers and parameters alone."""
+        return all(self.args[x] or self.op[x] in ("number", "parameter") for x in self.reachable([node]))
+
+    def _may_break(self, a: int, by_motion: bool = False) -> bool:
+        """Whether a series is made of what is not finite everywhere, for some parameters or along a motion."""
         seen, pending = set(), [a]
         while pending:
             node = pending.pop()
             kind, data = self.op[node], self.data[node]
             if kind in _MAY_BREAK or (kind == "integral" and data[0] not in ("state", "sin", "cos")):
-                return True
+                if not (by_motion and self._is_given(node)):
+                    return True
             if node not in seen and kind != "integral":
                 seen.add(node)
                 pending += self.args[node]
@@ -503,8 +508,10 @@ class SeriesGraph(Algebra):
         self.has_unheld = bool(unheld)
         for node in found if unheld else ():
             # The series of a root ends where a kink makes it zero; that of a piece goes on where it has no value.
-            breaks = self.op[node] in ("sqrt", "kept") or (
-                self.op[node] == "power" and self.data[node][0] % 1.0
+            breaks = (
+                self.op[node] == "sqrt"
+                or (self.op[node] == "kept" and self._may_break(self.args[node][1], by_motion=True))
+                or (self.op[node] == "power" and self.data[node][0] % 1.0)
             )
             if breaks and not unheld.isdisjoint(self.reachable([self.args[node][0]])):
                 raise Refusal(NO_CHOICE)
@@ -571,11 +578,14 @@ class SeriesGraph(Algebra):
         return op in ("fadd", "fmul") and all(map(self._is_never_negative, args))
 
     def _is_partial(self, node: int) -> bool:
-        """Whether an operation on constants has no value somewhere; where a distance is zero it may have none."""
+        """Whether an operation on constants has no value somewhere; where a distance is zero it may have none.
+
+        What is made of parameters alone has a value, or none throughout a run.
+        """
         if self.op[node] in ("div", "fdiv"):
             divisor = self.args[node][1]
-            return self.op[divisor] not in ("number", "parameter") and not self._is_never_negative(divisor)
-        if self.op[node] != "call":
+            return not (self._is_given(divisor) or self._is_never_negative(divisor))
+        if self.op[node] != "call" or self._is_given(node):
             return False
         name, base = self.data[node][0], self.args[node][0]
         if name in ("sqrt", "pow") and self._is_never_negative(base):

@@ -138,6 +138,7 @@ _MOST_CELLS = 100_000
 _MOST_STEPS = 10_000_000  # that steps held to pulses and oscillations may add up to
 _LIKE = 4.0  # neighbouring cells whose limits differ by less share one
 _ULPS = 4.0
+_NESTED = 8  # so deep do choices stand in what other choices compare; what changes more often is round-off
 
 
 def find_step_limits(system: System, p: np.ndarray, t_start: float, t_end: float) -> StepLimits:
@@ -229,18 +230,20 @@ def _located(
     """
     if not len(begin):
         return np.zeros(0), np.zeros(0)
-    at_begin, at_end = _choices(terms, begin), _choices(terms, end)
-    which, cell = np.nonzero(at_begin != at_end)
-    low, high, was = begin[cell], end[cell], at_begin[which, cell]
-    open_ = np.arange(len(low))
-    while len(open_):
-        middle = low[open_] + 0.5 * (high[open_] - low[open_])
-        inside = (middle > low[open_]) & (middle < high[open_])
-        open_, middle = open_[inside], middle[inside]
-        if not len(open_):
+    pieces, cell = (begin, end), np.arange(len(begin))
+    lows, highs, changing = [], [], []
+    for _ in range(_NESTED):
+        low, high, which = _first_changes(terms, *pieces)
+        cell = cell[which]
+        lows.append(low)
+        highs.append(high)
+        changing.append(cell)
+        # What is compared may have jumped there: before and behind it the choice may change again.
+        pieces = np.append(pieces[0][which], high), np.append(low, pieces[1][which])
+        cell = np.append(cell, cell)
+        if not len(cell):
             break
-        same = _choices(terms, middle)[which[open_], np.arange(len(open_))] == was[open_]
-        low[open_[same]], high[open_[~same]] = middle[same], middle[~same]
+    low, high, cell = (np.concatenate(parts) for parts in (lows, highs, changing))
     # Where a function only touches the place of its kink, the cell is all that is known, and as small as can be.
     touched = np.setdiff1d(np.arange(len(begin)), cell)
     tiny = touched[(end - begin)[touched] <= finest[touched]]
@@ -254,6 +257,30 @@ def _located(
     )
     first = np.flatnonzero(apart)
     return before[first], np.maximum.reduceat(after, first)
+
+
+def _first_changes(
+    terms: TimeTerms, begin: np.ndarray, end: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the first change of what is decided in some cells, as two neighbouring times, and in which cells one is.
+
+    Of each choice one change is looked for.
+    """
+    at_begin, at_end = _choices(terms, begin), _choices(terms, end)
+    which, cell = np.nonzero(at_begin != at_end)
+    low, high, was = begin[cell], end[cell], at_begin[which, cell]
+    open_ = np.arange(len(low))
+    while len(open_):
+        middle = low[open_] + 0.5 * (high[open_] - low[open_])
+        inside = (middle > low[open_]) & (middle < high[open_])
+        open_, middle = open_[inside], middle[inside]
+        if not len(open_):
+            break
+        same = _choices(terms, middle)[which[open_], np.arange(len(open_))] == was[open_]
+        low[open_[same]], high[open_[~same]] = middle[same], middle[~same]
+    order = np.lexsort((low, cell))
+    cells, first = np.unique(cell[order], return_index=True)
+    return low[order][first], high[order][first], cells
 
 
 def _choices(terms: TimeTerms, t: np.ndarray) -> np.ndarray:

@@ -565,7 +565,10 @@ class _Taken:
     def _sensor(self, kind: str, names: tuple[str, ...]) -> algebra.Symbol:
         """A sensor by the model's names; what is measured along world axes is, along those of the assembly."""
         first, *more = names
-        first = self.symbols[first].name if kind == "acceleration" and not more else self._element(first)
+        if kind == "acceleration" and not more:
+            first = getattr(self.symbols.get(first), "name", first)  # one that is not declared is told later
+        else:
+            first = self._element(first)
         at = {"distance": 0, "angle": 0}.get(kind, 1)  # where names of frames begin
         more = [x if k < at else self._element(x) for k, x in enumerate(more)]
         if kind == "angle":
@@ -820,5 +823,7 @@ def _check_free(use: Use, given: Given, sources: Any, kinds: Mapping[str, str]) 
             if name in kinds:
                 message = f"'{name}' is a {kinds[name]} of the model, which comes into an assembly by a port"
                 raise sources.name_error(*address, name, message, hint="declare the port")
+            if source.point:
+                raise sources.point_error(*address, source.point, (), ())
             message = f"the name '{name}' is not declared, and the model has no such parameter"
             raise sources.name_error(*address, name, message, hint=nearest(name, known, "parameters"))

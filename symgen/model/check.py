@@ -485,6 +485,10 @@ class _Checker:
         elif kind == "integral":
             message = f"'{name}' is the integral of a state, which expressions cannot use"
             hint = f'declare a state for it: {{ derivative = "{name.removesuffix("_integral")}" }}'
+        elif point := next((x.point for x in self.sources.of(item.table, item.key) if x.point), ""):
+            points = {n[:-2] for n, kind in self.kinds.items() if kind == "point component"}
+            bodies = {body.name for body in self.description.bodies}
+            raise self.sources.point_error(item.table, item.key, point, points, bodies)
         else:
             usable = [n for n, k in self.kinds.items() if k not in ("output", "integral", "table")]
             message, hint = (

@@ -26,6 +26,7 @@ from .description import (
     Use,
 )
 from .given import is_listed, unpacked
+from .joint_tree import WORLD
 from .names import name_fault, reference_fault
 from .sources import Sources
 from .units import TIME, Unit, over
@@ -171,13 +172,17 @@ class Declared:
         return (*found, algebra.ZERO)[:3]
 
     def _place(self, value: Any, table: str, key: str) -> tuple[algebra.Expr, ...]:
-        """Three components: those of a point by its name, or two or three expressions in world axes."""
+        """Three components: of a point by its name, of the "world", or two or three expressions in world axes."""
         if isinstance(value, str):
             fault = reference_fault(value)
             if fault is not None:
                 message = f"a place is a point's name, or a list of two or three components; {fault}"
                 raise self._sources.error(table, key, message, hint="name a point of [points]")
-            value = [f"{value}_{component}" for component in "xyz"]
+            if value == WORLD:
+                return (algebra.ZERO,) * 3
+            return tuple(
+                self._sources.component(value, axis, table, f"{key}[{k}]") for k, axis in enumerate("xyz")
+            )
         return self._components(value, table, key)
 
     def _number(self, table: str, name: str, value: Any, unit: Any) -> tuple[float, Unit | None]:

@@ -146,7 +146,7 @@ def _with_elements(
     for attractor in d.attractors:
         writer.drawings.append(Drawing(attractor.name, "pin", (attractor.at,)))
     surfaces = Definitions()
-    rolling = [(r, c) for r in d.rolling for c in write_rolling(writer, r, sources, surfaces)]
+    rolling = [(r, c) for r in d.rolling for c in write_rolling(writer, r, sources, surfaces, d.tables)]
     writer.terms["kinetic"] += [write_rotor(writer, r) for r in d.rotors]
     closed = write_closures(writer, d, sources)
     touching = write_pairs(writer, d, sources)

@@ -38,6 +38,11 @@ def bundled() -> dict[str, Path]:
     return {path.stem: path for path in files}
 
 
+def said(path: Path) -> str:
+    """Return what errors call a model's file: of a bundled model its name, as nobody has typed where it lies."""
+    return path.name if path.parent == bundled_folder() else str(path)
+
+
 def find(model: str | Path) -> Path:
     """The file of a model, given by its path, by its name without suffix, or by the name of a bundled one.
 
@@ -144,7 +149,7 @@ def load(path: str | Path, options: Mapping[str, str] | None = None) -> Model:
             file=str(path),
             hint="parameters are set with --set NAME=VALUE",
         )
-    return toml_reader.read_file(path)
+    return toml_reader.read_file(path, said=said(path))
 
 
 def run_function(path: Path, name: str, *arguments: Any) -> Any:

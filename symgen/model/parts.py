@@ -60,7 +60,11 @@ def make_body(
         solids = (_heavy_mesh(model, table, shape["mesh"], density),)
     else:
         solids = make_solids(model, table, {} if shape is None else shape, density, len(position) == 2)
-    made = together(solids)
+    try:
+        made = together(solids)
+    except OverflowError:
+        message = "the mass or inertia of the shapes is beyond what numbers hold"
+        raise sources.error(table, "shape", message, hint="look at their sizes and densities") from None
     if made is not None:
         for key, value in (("mass", mass), ("inertia", inertia)):
             if value is not None:
@@ -69,9 +73,10 @@ def make_body(
     elif mass is None and inertia is None:
         hint = "mass = 0 makes one that is drawn only; a 'density' makes shapes heavy"
         raise sources.error(table, "", "a body needs a mass, an inertia or both", hint=hint)
+    turned = _rotation(model, table, rotation)
     if placed:
         planar = len(position) == 2
-        _check_orientation(model, table, planar, angle, rotation)
+        _check_orientation(model, table, planar, angle, turned)
     elif made is not None:
         planar = all(solid.planar for solid in solids)
     else:
@@ -82,7 +87,7 @@ def make_body(
         mass=None if mass is None else sources.expression(mass, table, "mass"),
         inertia=_inertia(model, table, planar, inertia),
         angle=None if angle is None else sources.expression(angle, table, "angle"),
-        rotation=_rotation(model, table, rotation),
+        rotation=turned,
         shape=drawn,
         solids=solids,
         color=color,
@@ -105,8 +110,10 @@ def _is_drawn_alone(shape: Any) -> bool:
     return not isinstance(shape, Sequence) or isinstance(shape, str)
 
 
-def _check_orientation(model: Declared, table: str, planar: bool, angle: Any, rotation: Any) -> None:
-    if planar and rotation is not None and len(rotation):
+def _check_orientation(
+    model: Declared, table: str, planar: bool, angle: Any, rotation: Sequence[Any]
+) -> None:
+    if planar and rotation:
         raise model._sources.error(
             table,
             "rotation",
@@ -152,7 +159,11 @@ def _inertia(model: Declared, table: str, planar: bool, inertia: Any) -> Express
 
 def _rotation(model: Declared, table: str, rotation: Any) -> tuple[tuple[str, algebra.Expr], ...]:
     steps = []
-    for k, step in enumerate(() if rotation is None else rotation):
+    rotation = () if rotation is None else unpacked(rotation)
+    if not is_listed(rotation):
+        message = f"a rotation is a list of axes and angles, not {rotation!r:.60}"
+        raise model._sources.error(table, "rotation", message, hint='for example rotation = [["z", "psi"]]')
+    for k, step in enumerate(rotation):
         if (
             isinstance(step, str)
             or not isinstance(step, Sequence)

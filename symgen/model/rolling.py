@@ -6,24 +6,24 @@ arm r from its centre c, v = dc/dt + sum (b_i . r) db_i/dt, which is linear in t
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from ..errors import nearest
 from . import algebra
 from .declared import Declared
-from .description import Body, Constraint, Description, Rolling, Shape, Solid
+from .description import Body, Constraint, Description, Rolling, Shape, Solid, Table
 from .elements import Vector, Writer, cross, scalar_product
 from .expression_tree import names_in
-from .functions import Tabulated, dot
+from .functions import dot
 from .gravity import HERE
 from .joints import direction
 from .names import reference_fault
 from .ready_made import HALF, WORLD
 from .solids import picture
 from .sources import Sources
-from .surfaces import Definitions, Surface, refuse_table
+from .surfaces import Definitions, Surface
 from .unevaluated import difference, inverted, negated, product, squared, total
 
 ROLLING_KEYS = ("body", "ball", "wheel", "knife", "axis", "at", "plane", "height", "holds")
@@ -111,8 +111,6 @@ def check_rolling(d: Description, sources: Sources) -> None:
         if body.planar and not (frames[r.plane] == WORLD or bodies[frames[r.plane]].planar):
             message = f"'{r.body}' is planar, and the plane turns in space"
             raise sources.error(table, "plane", message, hint="make both planar, or none")
-        if r.height is not None and r.height.atoms(Tabulated):
-            refuse_table(table, sources)
         for name in HERE[1 if body.planar else 2 :]:
             if r.height is not None and name in names_in(r.height):
                 message = f"the height of a surface does not depend on '{name}'"
@@ -142,7 +140,9 @@ def drawn(d: Description) -> tuple[Body, ...]:
     return tuple(result)
 
 
-def write_rolling(writer: Writer, r: Rolling, sources: Sources, definitions: Definitions) -> list[Constraint]:
+def write_rolling(
+    writer: Writer, r: Rolling, sources: Sources, definitions: Definitions, tables: Sequence[Table]
+) -> list[Constraint]:
     """The constraints of something that rolls; `definitions` grow by the definitions of a surface."""
     body = writer.body[r.body]
     origin, plane = writer.origin(r.plane), writer.directions(r.plane)
@@ -171,7 +171,7 @@ def write_rolling(writer: Writer, r: Rolling, sources: Sources, definitions: Def
         arm = [product([r.radius, x]) for x in down]
         gap = difference(height, product([r.radius, reach]))
         if r.height is not None:
-            given = (f"rolling.{r.name}", r.name, r.plane, r.height, body.planar)
+            given = (f"rolling.{r.name}", r.name, r.plane, r.height, body.planar, tables)
             surface = Surface(writer, sources, definitions, *given)
             gap, arm, along, across = _on_surface(writer, r, body, surface, centre, down, along)
         touch = [total([x, y]) for x, y in zip(centre, arm)]

@@ -16,7 +16,7 @@ from .declared import Declared
 from .description import Shape, Solid
 from .evaluate import X, Z, perpendicular
 from .evaluate import cross_product as cross
-from .given import unpacked
+from .given import is_listed, unpacked
 from .joints import direction
 from .orientation import Expressions, Matrix, roll_pitch_yaw, rotation
 
@@ -136,7 +136,8 @@ def make_solids(
             hint=f"for example {key} = [{{ box = [1, 1, 1] }}, {{ sphere = [0.5], offset = [0, 0, 1] }}]",
         )  # fmt: skip
     common = None if density is None else model._sources.expression(density, table, "density")
-    flat = planar or all(isinstance(s, Mapping) and len(s.get("offset", ())) == 2 for s in given)
+    offsets = [unpacked(s.get("offset", ())) if isinstance(s, Mapping) else () for s in given]
+    flat = planar or all(is_listed(x) and len(x) == 2 for x in offsets)
     return tuple(
         _solid(model, table, f"{key}[{k}]" if several else key, shape, common, flat)
         for k, shape in enumerate(given)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 import numbers
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from ..errors import ModelError
+from ..errors import ModelError, nearest
 from . import algebra
 from .description import StartEquation
 from .evaluate import NotFinite, evaluate
@@ -72,6 +72,7 @@ class Source:
     unit: Unit | None = None
     decimals: frozenset[algebra.Rational] = frozenset()
     use: str = ""  # the use of an assembly that it comes through
+    point: str = ""  # the point by whose name it was given, of which it is a component
 
 
 class Sources:
@@ -172,12 +173,31 @@ class Sources:
                 return self.locate(error, table, key, source)
         return self.error(table, key, message, hint=hint)
 
+    def point_error(
+        self, table: str, key: str, point: str, points: Iterable[str], bodies: Iterable[str]
+    ) -> ModelError:
+        """An error about a point by whose name a place was given, of which the address is a component."""
+        key, message, hint = (
+            key.rpartition("[")[0],
+            f"there is no point '{point}'",
+            nearest(point, points, "points"),
+        )
+        if point in bodies:
+            message, hint = message + ", which is a body", f"name a point of it: [points], body = '{point}'"
+        return self.error(table, key, message, hint=hint)
+
     def expression(self, value: Any, table: str, key: str) -> algebra.Expr:
         """Take an expression (one of SymPy too, number, text) for an address; adds to what is there already."""
         try:
             source = read(value, tuple(self.tables.items()))
         except ModelError as error:
             raise self.locate(error, table, key) from None
+        self._sources.setdefault((table, key), []).append(source)
+        return source.expression
+
+    def component(self, point: str, axis: str, table: str, key: str) -> algebra.Expr:
+        """Take a component of a point that was given by its name for an address."""
+        source = Source(algebra.Symbol(f"{point}_{axis}"), point=point)
         self._sources.setdefault((table, key), []).append(source)
         return source.expression
 

@@ -39,14 +39,6 @@ class Foot:
     tangents: list[Vector]
 
 
-def refuse_table(table: str, sources: Sources) -> None:
-    """Refuse a surface that something rolls on, for being a table: slopes of the foot are not written out there."""
-    hint = (
-        "write a formula of here_x, or let it touch by [contacts], which take tables of kind cubic or pchip"
-    )
-    raise sources.error(table, "height", "the surface that something rolls on is a table", hint=hint)
-
-
 class Surface:
     """A surface over the x-y plane of a frame, of planar models a curve over its x axis.
 
@@ -81,6 +73,9 @@ class Surface:
     ) -> None:
         self.writer, self.sources, self.made, self.table, self.name = writer, sources, made, table, name
         self.height, self.tables = height, tables
+        self._about: tuple[Vector, Series] | None = (
+            None  # a place and the power series there that stands for all
+        )
         x, y, z = writer.directions(plane)
         self.origin = writer.origin(plane)
         self.axes, self.up = ([x], y) if planar else ([x, y], z)
@@ -99,35 +94,32 @@ class Surface:
         (`signed`) it is that along the normal, and there is no choice in it, which a series could not have.
         """
         here, height = self._over(place)
-        if self.height.atoms(Tabulated) and not signed:
-            return self._ball_on_table(here, height, radius)
+        if self.height.atoms(Tabulated):
+            return self._ball_on_table(here, height, radius, signed)
         foot = self._foot(here, height, radius, signed)
         surface, slopes, _ = self._at(foot)
-        unit, normal, tangents = self._directions(slopes)
         above = difference(height, surface)
         aside = [difference(x, f) for x, f in zip(here, foot)]
+        return self._away(aside, above, slopes, signed)
+
+    def _away(self, aside: Vector, above: algebra.Expr, slopes: Vector, signed: bool) -> Foot:
+        """How far from the foot a place is, that lies beside and above it by so much."""
+        unit, normal, tangents = self._directions(slopes)
         if signed:
             along = [negated(product([s, x])) for s, x in zip(slopes, aside)]
             return Foot(product([unit, total([above, *along])]), normal, tangents)
         away = algebra.Pow(total([*map(squared, aside), squared(above)]), HALF, evaluate=False)
         return Foot(away, normal, tangents)
 
-    def _ball_on_table(self, here: Vector, height: algebra.Expr, radius: algebra.Expr) -> Foot:
+    def _ball_on_table(self, here: Vector, height: algebra.Expr, radius: algebra.Expr, signed: bool) -> Foot:
         """Below the middle of a ball, where the surface is a table.
 
         Newton's steps through a table would have derivatives as large as many tables. So the foot that they find is
         taken as a number, and the surface as its power series there; two steps of Newton's method from the number on
         that series have the foot's derivatives.
         """
-        self._refuse_ends()
-        surface = copy(self)
-        surface.height = _without_pieces(self.height)
-        grain = self.define(product([algebra.Float(2.0**-40), radius]))
-        found = surface._foot(here, height, radius, False)
-        start = [
-            self.define(product([grain, settled(product([f, inverted(grain)]), evaluate=False)]))
-            for f in found
-        ]
+        surface = self._seen_at_numbers()
+        start = self._as_numbers(surface._foot(here, height, radius, signed), radius)
         series = surface._series(start)
         moved_by: Vector = [algebra.ZERO] * len(start)
         apart = [self.define(difference(f, x)) for f, x in zip(start, here)]
@@ -142,20 +134,40 @@ class Surface:
                 self.define(difference(m, step)) for m, step in zip(moved_by, self._solved(matrix, left))
             ]
         level, slopes, _ = series.at(moved_by)
-        _, normal, tangents = self._directions(slopes)
-        aside = [total([a, m]) for a, m in zip(apart, moved_by)]
-        above = difference(height, level)
-        away = algebra.Pow(total([*map(squared, aside), squared(above)]), HALF, evaluate=False)
-        return Foot(away, normal, tangents)
+        aside = [negated(total([a, m])) for a, m in zip(apart, moved_by)]
+        return self._away(aside, difference(height, level), slopes, signed)
 
     def rim(self, centre: Vector, radius: algebra.Expr, down: Vector, side: Vector) -> tuple[Vector, Foot]:
         """The arm from a wheel's centre to what touches, and what is below that.
 
         `down` and `side` are unit vectors in the wheel's plane: to what is deepest over the plane, and along it.
         """
-        self._refuse_tables()
-        angle: algebra.Expr = algebra.ZERO
-        for _ in range(NEWTON_STEPS):
+        if not self.height.atoms(Tabulated):
+            angle = self._deepest(centre, radius, down, side, algebra.ZERO, NEWTON_STEPS)
+            outward, _ = self._turned(down, side, angle)
+            return [product([radius, x]) for x in outward], self.point(self._moved(centre, outward, radius))
+        # As of a ball: the angle and the place that are found are numbers, and the surface is its power series there.
+        surface = self._seen_at_numbers()
+        angle = surface._deepest(centre, radius, down, side, algebra.ZERO, NEWTON_STEPS)
+        (angle,) = self._as_numbers([angle], algebra.ONE)
+        outward, _ = self._turned(down, side, angle)
+        here, _ = self._over(self._moved(centre, outward, radius))
+        surface._about = (start := self._as_numbers(here, radius)), surface._series(start)
+        angle = surface._deepest(centre, radius, down, side, angle, 2)
+        outward, _ = self._turned(down, side, angle)
+        return [product([radius, x]) for x in outward], surface.point(self._moved(centre, outward, radius))
+
+    def _deepest(
+        self,
+        centre: Vector,
+        radius: algebra.Expr,
+        down: Vector,
+        side: Vector,
+        angle: algebra.Expr,
+        steps: int,
+    ) -> algebra.Expr:
+        """The angle of the rim's point whose height over the surface is least, by Newton's steps from an angle."""
+        for _ in range(steps):
             outward, onward = self._turned(down, side, angle)
             here, _ = self._over(self._moved(centre, outward, radius))
             _, slopes, bends = self._at(here)
@@ -169,9 +181,22 @@ class Surface:
             rises = scalar_product(onward, steep)
             curves = negated(total([scalar_product(outward, steep), product([radius, bent])]))
             angle = self.define(difference(angle, product([rises, self.define(inverted(curves))])))
-        outward, _ = self._turned(down, side, angle)
-        arm = [product([radius, x]) for x in outward]
-        return arm, self.point(self._moved(centre, outward, radius))
+        return angle
+
+    def _seen_at_numbers(self) -> Surface:
+        """This surface with its tables looked at at numbers."""
+        self._refuse_ends()
+        surface = copy(self)
+        surface.height = _without_pieces(self.height)
+        return surface
+
+    def _as_numbers(self, found: Vector, size: algebra.Expr) -> Vector:
+        """What has been found, cut off at so small a part of a size that nothing is seen to change."""
+        grain = self.define(product([algebra.Float(2.0**-40), size]))
+        return [
+            self.define(product([grain, settled(product([f, inverted(grain)]), evaluate=False)]))
+            for f in found
+        ]
 
     def define(self, expression: algebra.Expr) -> algebra.Expr:
         """An expression by a name, that it may stand in many places."""
@@ -185,6 +210,9 @@ class Surface:
 
     def _at(self, place: Vector) -> tuple[algebra.Expr, Vector, list[Vector]]:
         """The height, its slopes and how they change at a place."""
+        if self._about is not None:
+            start, series = self._about
+            return series.at([self.define(difference(x, s)) for x, s in zip(place, start)])
         from .slopes import slope  # SymPy takes longer to import than most models
 
         names = [algebra.Symbol(x) for x in HERE[: len(place)]]
@@ -234,8 +262,6 @@ class Surface:
 
     def _foot(self, here: Vector, height: algebra.Expr, radius: algebra.Expr, held: bool) -> Vector:
         """Where the perpendicular from a place meets the surface: Newton's method for (f - x) + (h - z) dh/df = 0."""
-        if held:
-            self._refuse_tables()
         foot = here
         for _ in range(NEWTON_STEPS):
             surface, slopes, bends = self._at(foot)
@@ -279,16 +305,12 @@ class Surface:
             product([by, difference(product([a, y]), product([c, x]))]),
         ]
 
-    def _refuse_tables(self) -> None:
-        if self.height.atoms(Tabulated):
-            refuse_table(self.table, self.sources)
-
     def _refuse_ends(self) -> None:
         """Newton's steps may look where a table has no values."""
         used = {x.func.table for x in self.height.atoms(Tabulated)}
         for table in self.tables:
             if table.name in used and table.outside == "refuse":
-                message = f"a sphere or capsule looks beyond the ends of '{table.name}', which refuses that"
+                message = f"what touches is looked for beyond the ends of '{table.name}', which refuses that"
                 raise self.sources.error(
                     self.table, "height", message, hint='give the table outside = "extend"'
                 )

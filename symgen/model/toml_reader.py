@@ -72,9 +72,11 @@ USE_KEYS = ("assembly", *PLACE_KEYS)
 ASSEMBLY_KEYS = ("file",)  # or what a model file has
 
 
-def read_file(path: Path, make: type[Model] = Model) -> Model:
-    """Read a model file; meshes, tables and assemblies are looked for below its folder."""
-    return read_text(_content(path), file=str(path), folder=path.parent, name=_name_of(path.stem), make=make)
+def read_file(path: Path, make: type[Model] = Model, said: str | None = None) -> Model:
+    """Read a model file, which errors call `said`; meshes, tables and assemblies are looked for below its folder."""
+    return read_text(
+        _content(path), file=said or str(path), folder=path.parent, name=_name_of(path.stem), make=make
+    )
 
 
 def _content(path: Path) -> str:

@@ -161,7 +161,8 @@ def _put_together(model: Any, name: str, given: Mapping[str, Any]) -> tuple[str,
         centre = [model.definition(f"{name}_centre_{c}", sensor("position", body, c)) for c in _AXES]
     velocity = [sensor("velocity", place, c) for c in _AXES]
 
-    reach = algebra.sqrt(1 - a[2] ** 2)
+    # A sum of squares, and atan2, have values everywhere, as what pieces of `taylor` choose by must.
+    reach = algebra.sqrt(1 - a[2] ** 2 if planar else a[0] ** 2 + a[1] ** 2)
     along = (a[1] / reach, -a[0] / reach)
     across = (a[0] / reach, a[1] / reach)
     down = [(a[2] * a[0]) / reach, (a[2] * a[1]) / reach, -reach]
@@ -208,7 +209,7 @@ def _put_together(model: Any, name: str, given: Mapping[str, Any]) -> tuple[str,
     law = _law_of(error, given)
     camber = Camber()
     if _leans(error, given, law, planar):
-        lean = expression("inclination") if "inclination" in given else -algebra.asin(a[2])
+        lean = expression("inclination") if "inclination" in given else -algebra.atan2(a[2], reach)
         lean = model.definition(f"{name}_camber", lean)
         camber = _camber(expression, factors, given, law, lean)
         slips[-1] = (slips[-1][0] + camber.slip, slips[-1][1])
