@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+
 import numpy as np
 import pytest
 from loops import bare_loop
@@ -24,7 +26,13 @@ from symgen.runtime.integrate.forms import FORMS
 from symgen.runtime.integrate.front_plan import front_plan
 from symgen.runtime.integrate.fronts import SOURCES, FrontLU, eliminate_fronts, solve_fronts
 from symgen.runtime.integrate.layout import REACHED_STOP, RUNNING, SINGULAR_MATRIX
-from symgen.runtime.integrate.left_looking import N_TABLES, SparseLU, sparse_factor, sparse_solve
+from symgen.runtime.integrate.left_looking import (
+    N_TABLES,
+    SparseLU,
+    eliminate_again,
+    sparse_factor,
+    sparse_solve,
+)
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.integrate.newton_lu import (
     BY_FRONTS,
@@ -38,6 +46,7 @@ from symgen.runtime.integrate.newton_lu import (
     solve_newton,
 )
 from symgen.runtime.integrate.sparse import (
+    N_KINDS,
     NewtonPattern,
     differentiate_sparse,
     factor_shifted,
@@ -185,6 +194,42 @@ class TestFactors:
         sparse_solve(order, lu, x)
         assert x == pytest.approx(np.linalg.solve(whole, b), rel=1e-9, abs=1e-11)
 
+    @pytest.mark.parametrize("kind", [float, complex])
+    @pytest.mark.parametrize("change, again", [(1e-6, True), (3.0, False)])
+    def test_what_was_factored_before_leaves_no_trace(self, kind, change, again):
+        """Pivots and patterns are taken over where they are those of another matrix of this pattern, and only there."""
+        rng, n = np.random.default_rng(7), 60
+        matrix = sparse_random(n, n, 4.0 / n, random_state=3).tolil()
+        matrix[rng.permutation(n), np.arange(n)] = 2.0 + rng.random(n)
+        matrix, order = csc_matrix(matrix), rng.permutation(n).astype(np.int64)
+        start, rows, values = arrays(matrix)
+        values = values * np.exp(1j * rng.random(len(values))) if kind is complex else values
+        used, fresh = factors(n, n * n + n, kind), factors(n, n * n + n, kind)
+        assert sparse_factor(start, rows, values, order, used) == RUNNING
+        values = values * np.exp(change * rng.normal(size=len(values)))
+        taken_over = copy.deepcopy(used)
+        assert eliminate_again(start, rows, values, order, taken_over) == again
+        for lu in (used, fresh):
+            assert sparse_factor(start, rows, values, order, lu) == RUNNING
+        for lu in (used, taken_over) if again else (used,):
+            b = rng.normal(size=n).astype(kind)
+            x, expected = b.copy(), b.copy()
+            sparse_solve(order, lu, x)
+            sparse_solve(order, fresh, expected)
+            np.testing.assert_array_equal(x, expected)
+            np.testing.assert_array_equal(lu.lower_row, fresh.lower_row)
+
+    def test_equal_rivals_of_a_pivot_are_left_to_the_search(self):
+        """Off the diagonal, the first of the largest is taken, which only the search knows."""
+        start, rows = np.array([0, 2, 4, 6]), np.array([1, 2, 0, 2, 0, 1])
+        order = np.arange(3)
+        used, fresh = factors(3, 12, float), factors(3, 12, float)
+        assert sparse_factor(start, rows, np.array([1.0, 2.0, 1.0, 1.0, 1.0, 1.0]), order, used) == RUNNING
+        equal = np.array([2.0, 2.0, 1.0, 1.0, 1.0, 1.0])
+        for lu in (used, fresh):
+            assert sparse_factor(start, rows, equal, order, lu) == RUNNING
+        np.testing.assert_array_equal(used.tables[0], fresh.tables[0])
+
     def test_diagonal_pivots_keep_an_arrow_sparse(self):
         n = 30
         whole = np.diag(np.full(n, 4.0))
@@ -271,8 +316,8 @@ def test_where_fronts_have_no_good_pivot_rows_become_pivots_by_size(first, kind)
     plan = front_plan(matrix.indices, column, order)
     start, rows, values = arrays(matrix)
     pattern = NewtonPattern(
-        nothing, nothing, nothing, nothing, nothing.reshape(0, 6), start, rows, order, n, n * n + n, plan,
-        nothing.reshape(0, 4),
+        nothing, nothing, nothing, nothing, nothing, np.zeros(N_KINDS + 1, np.int64), nothing.reshape(0, 6), start,
+        rows, order, n, n * n + n, plan, nothing.reshape(0, 4),
     )  # fmt: skip
     b = np.random.default_rng(5).normal(size=n)
     x = b.copy()

@@ -31,7 +31,8 @@ class SparseLU(NamedTuple):
     lower, upper : ndarray, shape (room,), real or complex
         Entries; the diagonal of L is left out, that of U is the last of its column, as its reciprocal.
     tables : ndarray of int64, shape (N_TABLES, n)
-        The pivot's place of each row, then scratch of `sparse_factor`.
+        The pivot's place of each row, then scratch of `sparse_factor`, which leaves n at the first place of it where
+        pivots and patterns are those of LEAST_DIAGONAL.
     scale : ndarray, shape (n,)
         What each row is multiplied by before it is compared with others; to be set before `sparse_factor`.
     x : ndarray, shape (n,), real or complex
@@ -112,10 +113,59 @@ def sparse_factor(start, row, values, order, lu):
     int
         RUNNING, or SINGULAR_MATRIX where a column has no pivot, or the factors have no room.
     """
+    n = order.shape[0]
+    if lu.tables[1, 0] == n and eliminate_again(start, row, values, order, lu):
+        return at.RUNNING
     status = eliminate(start, row, values, order, LEAST_DIAGONAL, lu)
-    if status == NO_ROOM:
+    if status == at.RUNNING:
+        lu.tables[1, 0] = n
+    elif status == NO_ROOM:
         status = eliminate(start, row, values, order, LEAST_DIAGONAL_WITHOUT_ROOM, lu)
     return at.RUNNING if status == at.RUNNING else at.SINGULAR_MATRIX
+
+
+@jitted
+def eliminate_again(start, row, values, order, lu):
+    """Factor another matrix of the same pattern; returns whether the pivots are those that `eliminate` would take.
+
+    The patterns of columns follow from the pivots, so that there is nothing to search for, and all comes out to the
+    same bits: what was factored before leaves no trace.
+    """
+    place, x = lu.tables[0], lu.x
+    for i in range(order.shape[0]):
+        x[i] = 0.0
+    for k in range(order.shape[0]):
+        column = order[k]
+        for e in range(start[column], start[column + 1]):
+            x[place[row[e]]] = lu.scale[row[e]] * values[e]
+        last = lu.upper_start[k + 1] - 1
+        for s in range(lu.upper_start[k], last):
+            j = lu.upper_row[s]
+            above = x[j]
+            lu.upper[s] = above
+            x[j] = 0.0
+            for e in range(lu.lower_start[j], lu.lower_start[j + 1]):
+                x[lu.lower_row[e]] -= lu.lower[e] * above
+        first, end = lu.lower_start[k], lu.lower_start[k + 1]
+        pivot, others, diagonal = magnitude(x[k]), 0.0, -1.0
+        for e in range(first, end):
+            others = max(others, magnitude(x[lu.lower_row[e]]))
+            if lu.lower_row[e] == place[column]:
+                diagonal = magnitude(x[place[column]])
+        if place[column] == k:
+            taken = pivot > 0.0 and pivot >= LEAST_DIAGONAL * max(pivot, others)
+        else:  # two of one size are left to `eliminate`, which takes the first of its search
+            taken = pivot > others and diagonal < LEAST_DIAGONAL * pivot
+        if not (taken and math.isfinite(pivot + others)):
+            return False
+        inverse = 1.0 / x[k]
+        lu.upper[last] = inverse
+        x[k] = 0.0
+        for e in range(first, end):
+            i = lu.lower_row[e]
+            lu.lower[e] = x[i] * inverse
+            x[i] = 0.0
+    return True
 
 
 @jitted

@@ -33,7 +33,8 @@ if TYPE_CHECKING:
 
 # What an entry of the derivative of F is taken by: positions, rates, accelerations and multipliers, the rotation vector
 # of a quaternion; or the quaternion itself, which is passed on to its rotation vector.
-BY_POSITION, BY_RATE, BY_UNKNOWN, BY_TURN, BY_QUATERNION = range(5)
+N_KINDS = 5
+BY_POSITION, BY_RATE, BY_UNKNOWN, BY_TURN, BY_QUATERNION = range(N_KINDS)
 
 
 class NewtonPattern(NamedTuple):
@@ -45,6 +46,8 @@ class NewtonPattern(NamedTuple):
         Of each entry that the kernel `residual_jacobian_entries` writes, then of those by rotation vectors: what it is
         taken by; its equation; the number of the position (as of its rate), rate, or acceleration (then multiplier);
         its place among the matrix's entries.
+    factors, factor_start : ndarray of int64, shapes (n_factors,), (N_KINDS + 1,)
+        Numbers of the entries by positions, rates and accelerations, by kind and row, and where each kind begins.
     turns : ndarray of int64, shape (n_turns, 6)
         For each quaternion in each equation, whose three entries stand in this order behind those of the kernel: where
         it begins in q and its rates in v; the entries by its components, -1 where there is none.
@@ -67,6 +70,8 @@ class NewtonPattern(NamedTuple):
     row: np.ndarray
     column: np.ndarray
     slot: np.ndarray
+    factors: np.ndarray
+    factor_start: np.ndarray
     turns: np.ndarray
     start: np.ndarray
     rows: np.ndarray
@@ -182,11 +187,18 @@ def scale_constraints(pattern, nv, values, lu):
 
 @jitted
 def multiply(pattern, kind, factor, entries, vector, out):
-    """Add `factor` times the derivative by `kind`, times `vector`, to `out`, shape (n,)."""
-    n = vector.shape[0]
-    for e in range(pattern.kind.shape[0]):
-        if pattern.kind[e] == kind and pattern.column[e] < n:
-            out[pattern.row[e]] += factor * entries[e] * vector[pattern.column[e]]
+    """Add `factor` times the derivative by `kind`, multipliers apart, times `vector`, shape (nv,), to `out`."""
+    row, total = -1, out.dtype.type(0)
+    for k in range(pattern.factor_start[kind], pattern.factor_start[kind + 1]):
+        e = pattern.factors[k]
+        if pattern.row[e] != row:  # sums are not waited for in memory
+            if row >= 0:
+                out[row] = total
+            row = pattern.row[e]
+            total = out[row]
+        total += factor * entries[e] * vector[pattern.column[e]]
+    if row >= 0:
+        out[row] = total
 
 
 @jitted
@@ -244,8 +256,14 @@ def _pattern(system: System) -> NewtonPattern:
     start = np.searchsorted(unique, np.arange(n + 1) * n)
     rows = unique % n
     order, n_factor, plan, pairs = _elimination(start, rows, n, nv)
+    factors = np.lexsort((row, kind))
+    factors = factors[column[factors] < nv]
+    factor_start = np.searchsorted(kind[factors], np.arange(N_KINDS + 1))
     return NewtonPattern(
-        *(np.ascontiguousarray(x, dtype=np.int64) for x in (kind, row, column, slot[: len(kind)], turns)),
+        *(
+            np.ascontiguousarray(x, dtype=np.int64)
+            for x in (kind, row, column, slot[: len(kind)], factors, factor_start, turns)
+        ),
         np.ascontiguousarray(start, dtype=np.int64),
         np.ascontiguousarray(rows, dtype=np.int64),
         order,
