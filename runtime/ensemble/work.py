@@ -108,10 +108,15 @@ def run_members(plan: Plan, first: int, last: int) -> tuple[np.ndarray, np.ndarr
     if beside.has_companion(plan):
         sound = np.flatnonzero((verdicts.status == at.REACHED_STOP) & verdicts.ok)
         wrong = beside.wrong_members(
-            plan, first, parameters, varied, states, verdicts.steps, sound, _states_and_ends
+            plan, first, parameters, varied, states, verdicts.steps, sound, _states_and_ends, _is_off
         )
         verdicts.ok[wrong] = False
     return states, parameters, verdicts, messages
+
+
+def _is_off(plan: Plan, number: int) -> bool:
+    """Whether the health report of a member says that its motion is off."""
+    return any(entry.check == "accuracy" for entry in health.objections_to(member.member_again(plan, number)))
 
 
 def _states_and_ends(plan: Plan, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
