@@ -6,6 +6,7 @@ Nothing that runs inside imports this: it passes `symgen.runtime.system.System` 
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
@@ -384,7 +385,7 @@ class System(SystemData):
         state : ndarray, shape (nq + nv,)
             (q, v), consistent with the constraints; written in place.
         inputs : sequence of float in the order of the model, mapping by name, or None
-            Held during the step; those before it, at first the model's own, with None.
+            Held during the step; those before it in this thread, at first the model's own, with None.
         dt : float [s]
         t : float [s]
             When the step begins; it matters to models in which time occurs.
@@ -393,10 +394,21 @@ class System(SystemData):
         -------
         ndarray, shape (nq + nv,)
             `state`.
+
+        Raises
+        ------
+        RuntimeModelError
+            The method cannot go on, or `state` is an array that cannot hold the result.
         """
-        if "_stepper" not in self.__dict__:
-            self.__dict__["_stepper"] = self.stepper()
-        stepper = self.__dict__["_stepper"]
+        if isinstance(state, np.ndarray) and (state.dtype != float or state.shape != (self.nq + self.nv,)):
+            raise RuntimeModelError(
+                f"state is an array of {state.dtype}, shape {state.shape}, in which the result is to stand: "
+                f"give one of float64, shape ({self.nq + self.nv},)"
+            )
+        of_thread = self.__dict__.setdefault("_steppers", threading.local())
+        if "stepper" not in vars(of_thread):
+            of_thread.stepper = self.stepper()
+        stepper = of_thread.stepper
         stepper.t = t
         stepper.state[:] = state
         state[:] = stepper.step(dt, inputs)

@@ -26,6 +26,10 @@ SMALLEST_RTOL = 1e-15  # a few units of the last digit
 _TIMES, _LISTS_OF_TIMES = ("t_end", "t_start", "step", "max_step"), ("at", "breaks", "t_eval")
 _FPS = 60.0
 _LEAST_FRAMES, _MOST_FRAMES = 200, 20_000
+_FEWEST_CHECKED = 16  # where an event has ended a run early
+_EARLY = np.ravel(
+    0.5 ** np.arange(1, 21)[:, None] * np.arange(9, 17) / 8.0
+)  # parts of a run, eight in each half
 _BESIDE_FRAMES = 5  # numbers of each: its time, in several arrays on the way, and its energies
 _SHORTEST_RUN = 1e-150  # [s]: squares of the steps must not underflow
 SAME_TICKS = 4  # of floating-point time: times that are nearer to each other are one
@@ -122,7 +126,12 @@ class RunOptions:
                 values = tuple(quantities.in_si(value, "s", name) for value in values)
                 object.__setattr__(self, name, values)
         for name in ("rtol", "atol"):
-            value = float(getattr(self, name))
+            try:
+                value = float(getattr(self, name))
+            except TypeError:
+                raise RuntimeModelError(
+                    f"{name} is {getattr(self, name)!r}: give one number, for all coordinates and rates"
+                ) from None
             if not (math.isfinite(value) and value >= 0.0):
                 raise RuntimeModelError(
                     f"{name} is {value}: give a number that is not negative, such as 1e-8"
@@ -222,7 +231,7 @@ class RunOptions:
         t_start, t_end, fps, span = self.t_start, self.t_end, self.fps, self.span
         if fps is None and self.t_eval is None:
             return _even_frames(t_start, t_end)
-        filled = np.linspace(t_start, t_end, _LEAST_FRAMES + 1)
+        filled = _filling(t_start, t_end)
         if self.t_eval is not None:
             return _filled_up(np.unique([t_start, *self.t_eval, t_end]), filled)
         if needed := more_than_memory(8.0 * span * fps * (n_numbers + _BESIDE_FRAMES)):
@@ -253,6 +262,39 @@ def _filled_up(wanted: np.ndarray, more: np.ndarray) -> tuple[np.ndarray, np.nda
     shown = np.zeros(len(times), dtype=bool)
     shown[np.searchsorted(times, wanted)] = True
     return times, shown
+
+
+def _filling(t_start: float, t_end: float) -> np.ndarray:
+    """Return the frames that checks have where few are asked for."""
+    return np.linspace(t_start, t_end, _LEAST_FRAMES + 1)
+
+
+def with_early_frames(times: np.ndarray, shown: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return frames with others, not to be shown, ever more closely towards the start: an event may end a run early."""
+    joined = np.union1d(times, times[0] + (times[-1] - times[0]) * _EARLY)
+    return joined, np.isin(joined, times[shown])
+
+
+def checked_frames(times: np.ndarray, shown: np.ndarray, t_start: float, t_end: float) -> np.ndarray:
+    """Return which frames the health report looks at: those that are shown, and where these are few, others as well.
+
+    Parameters
+    ----------
+    times, shown : ndarray, shape (n,)
+        Frames that a run has reached [s], and whether they were asked for.
+    t_start, t_end : float [s]
+        What was asked for.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+    """
+    if np.count_nonzero(shown) > _LEAST_FRAMES:
+        return shown
+    more = shown | np.isin(times, _filling(t_start, t_end))
+    if np.count_nonzero(more) < _FEWEST_CHECKED:
+        more = np.ones(len(times), dtype=bool)
+    return more
 
 
 def time_resolution(*times: float) -> float:

@@ -18,7 +18,7 @@ from symgen.runtime.driver import Run
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.kept_arrays import borrow, give_back, load
 from symgen.runtime.lazy import Late
-from symgen.runtime.options import SMALLEST_RTOL, RunOptions
+from symgen.runtime.options import SMALLEST_RTOL, RunOptions, with_early_frames
 from symgen.runtime.record import record
 from symgen.runtime.remembered import LARGEST, remembered
 from symgen.runtime.summary import summarise
@@ -294,6 +294,8 @@ def _open(system: System, options: RunOptions, choice: Choice | None, began: flo
     if timetable is not None:
         notes += timetable.notes
         times, shown = timetable.with_frames(times, shown)
+    if any(event["action"] == "terminate" for event in system.events):
+        times, shown = with_early_frames(times, shown)
     wanted, method = options.energy_scaling, choice.method
     level = remembered(
         system,

@@ -195,6 +195,8 @@ class Solution:
         Events that steps passed by, as looks at random places inside them tell: name, how often, when last [s].
     timetable : symgen.runtime.timing.timetable.Timetable or None
         What the steps had to keep to; None where they were free.
+    whole : Solution or None
+        The same run with more frames, which checks look at where few were asked for.
     """
 
     system: System
@@ -228,6 +230,7 @@ class Solution:
     lowest_gaps: np.ndarray | None = None
     passed_by: list[tuple[str, int, float]] = field(default_factory=list)
     timetable: Timetable | None = None
+    whole: Solution | None = None
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Return the values of a coordinate, rate, acceleration, multiplier or output at the frames."""

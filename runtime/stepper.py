@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -123,11 +124,13 @@ class Stepper:
         elif inputs is not None:
             self.inputs[:] = inputs
         arrays = self._arrays
+        stop = arrays.t + dt
+        if not math.isfinite(stop):
+            raise RuntimeModelError(f"a step of {dt} s from t = {arrays.t} s: give finite numbers")
         if not np.array_equal(self.inputs, self._last_inputs):
             self._last_inputs[:] = self.inputs
             self._system.update_precomputed(arrays.precomputed)
         arrays.restart(state_changed=False)
-        stop = arrays.t + dt
         status = at.RUNNING
         while status == at.RUNNING:
             status = arrays.advance(stop, _STEPS_PER_CALL)

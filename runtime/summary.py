@@ -15,6 +15,7 @@ from symgen.runtime.exchange import Exchange, energy_limit
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.methods import find_method
 from symgen.runtime.lazy import Late
+from symgen.runtime.options import checked_frames
 from symgen.runtime.solution import ConstraintResidual, Energy, Sample, Solution
 
 if TYPE_CHECKING:
@@ -74,12 +75,7 @@ def summarise(
     sampled = [entry for entry in run.samples if entry[0] in wanted]
     # The end is a frame as well.
     between = [x for x in run.samples if x[0] != times[-1] or x[1].tolist() != rows[-1].tolist()]
-    by_frame = forms
-    if shown.all():
-        shown = slice(None)
-    elif forms is not None:
-        forms = replace(forms, index=forms.index[shown])
-    seen = _Seen(system, p, times, rows, shown, between)
+    seen = _Seen(system, p, times, rows, between)
     counters = run.arrays.counters.tolist()
     taken, scales = (
         run.arrays.control[at.MOST_ENERGY_TAKEN],
@@ -89,7 +85,7 @@ def summarise(
         energy = _energy(seen, work, taken)
         limit = energy_limit(find_method(settings["method"]), settings["rtol"])
         if system.nw and energy.max_error > limit:
-            along = _work_along(seen, work, by_frame, _jumps(run))
+            along = _work_along(seen, work, forms, _jumps(run))
             if along is not None:
                 notes = [*notes, _WORK_ALONG.format(energy.max_error)]
                 work, energy = along, _energy(seen, along, taken, with_samples=False)
@@ -97,13 +93,13 @@ def summarise(
             notes = [*notes, _ENERGY_SCALING.format(energy.taken)]
     else:
         energy = Energy.later(lambda: _energy(seen, work, taken))
-    return Solution(
+    whole = Solution(
         system=system,
         p=p,
-        t=times[shown],
-        q=rows[shown, : system.nq],
-        v=rows[shown, system.nq : system.nq + system.nv],
-        w=work[shown].copy(),
+        t=times,
+        q=rows[:, : system.nq],
+        v=rows[:, system.nq : system.nq + system.nv],
+        w=work.copy(),
         samples=_samples(system, p, sampled, run.forms),
         forms=forms,
         events=run.actions.log,
@@ -121,6 +117,36 @@ def summarise(
         timetable=run.timetable,
         **settings,
     )
+    checked = checked_frames(times, shown, settings["t_start"], settings["t_end"])
+    if not checked.all():
+        whole = _at_some_frames(whole, checked)
+    if np.array_equal(shown, checked):
+        return whole
+    return replace(_at_some_frames(whole, shown[checked]), whole=whole)
+
+
+def _at_some_frames(whole: Solution, shown: np.ndarray) -> Solution:
+    """Return a run with some of its frames; what was found over all of them stays."""
+    energy, residual = whole.energy, whole.constraint_residual
+    return replace(
+        whole,
+        t=whole.t[shown],
+        q=whole.q[shown],
+        v=whole.v[shown],
+        w=whole.w[shown],
+        forms=None if whole.forms is None else replace(whole.forms, index=whole.forms.index[shown]),
+        energy=Energy.later(
+            lambda: replace(
+                energy,
+                kinetic=energy.kinetic[shown],
+                potential=energy.potential[shown],
+                work=energy.work[shown],
+            )
+        ),
+        constraint_residual=ConstraintResidual.later(
+            lambda: replace(residual, position=residual.position[shown], velocity=residual.velocity[shown])
+        ),
+    )
 
 
 class _Seen(NamedTuple):
@@ -130,13 +156,12 @@ class _Seen(NamedTuple):
     p: np.ndarray
     times: np.ndarray
     rows: np.ndarray
-    shown: np.ndarray | slice
     samples: list[tuple[float, np.ndarray, float, int]]
 
 
 def _energy(seen: _Seen, work: np.ndarray, taken: float, *, with_samples: bool = True) -> Energy:
     """Return the energies at the frames, and what is off: `taken` is what energy scaling took away [J]."""
-    system, p, times, rows, shown, samples = seen
+    system, p, times, rows, samples = seen
     energies = evaluate(system, "energy", p, times, rows)
     extra = _sample_energies(system, p, samples if with_samples else [])
     with np.errstate(invalid="ignore", over="ignore"):  # the health report says what is not finite
@@ -149,7 +174,7 @@ def _energy(seen: _Seen, work: np.ndarray, taken: float, *, with_samples: bool =
             error = np.maximum(error, np.abs(extra["balance"] - balance[0]).max())
         error = float(exchange.relative(error))
         relative = float(exchange.relative(taken))
-    return Energy(energies[shown, 0], energies[shown, 1], work[shown], exchange, error, relative)
+    return Energy(energies[:, 0], energies[:, 1], work, exchange, error, relative)
 
 
 def _work_along(
@@ -171,7 +196,7 @@ def _residual(seen: _Seen) -> ConstraintResidual:
         rows = np.vstack([entry[1] for entry in seen.samples])
         for k, values in enumerate(constraint_residuals(seen.system, seen.p, times, rows)):
             largest[k] = max(largest[k], values.max(initial=0.0))
-    return ConstraintResidual(position[seen.shown], velocity[seen.shown], *largest)
+    return ConstraintResidual(position, velocity, *largest)
 
 
 def _jumps(run: RunState) -> list[EventRecord]:

@@ -828,3 +828,16 @@ def test_members_of_many_lanes_are_those_of_one(monkeypatch, name, method, wide)
     assert not e.verdicts.singly.any() and not e.n_failed
     for k in (0, 17, 258):
         assert np.array_equal(e.member(k, e.t).states, np.array([e[x][k] for x in e.names]).T)
+
+
+def test_ensembles_in_threads_leave_each_other_alone():
+    system = system_of("double_pendulum")
+
+    def ends(seed):
+        e = system.ensemble(1.0, n=8, seed=seed, start={"theta1": uniform(-1, 1)}, method="dop853", threads=2)
+        return e["theta1"]
+
+    expected = [ends(seed) for seed in range(4)]
+    with concurrent.futures.ThreadPoolExecutor(4) as executor:
+        for k, found in enumerate(executor.map(lambda k: ends(k % 4), range(120))):
+            np.testing.assert_array_equal(found, expected[k % 4])

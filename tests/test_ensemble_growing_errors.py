@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 import symgen
 from symgen.runtime.ensemble.beside import GROUP
@@ -40,3 +41,45 @@ def test_loose_tolerances_over_many_periods():
         off = abs(e["theta"] - exact["theta"]) / (2.0 * starts)
         assert (off > 0.07).any() == wrong
         assert not (e.verdicts.ok & (off > 0.07)).any()
+
+
+def folded(with_event: bool):
+    """A double pendulum that falls from any height; or one that tells when it passes below."""
+    model = symgen.Model("folded", gravity=(0, "-9.81 m/s^2"))
+    length = model.parameter("L", "1 m")
+    a, b = model.coordinate("a", start=2.0), model.coordinate("b", start=0.5)
+    x, y = length * symgen.sin(a), -length * symgen.cos(a)
+    model.body("upper", mass="1 kg", com=(x, y))
+    model.body("lower", mass="1 kg", com=(x + length * symgen.sin(b), y - length * symgen.cos(b)))
+    if with_event:
+        model.event("below", "sin(a)")
+    return model.derive()
+
+
+@pytest.mark.parametrize(
+    ("with_event", "method", "n"),
+    [(False, "radau5", GROUP), (False, "bdf", 12), (True, "dop853", GROUP), (True, "radau9", 16)],
+)
+def test_implicit_methods_and_models_with_events_are_doubted_as_others_are(with_event, method, n):
+    system = folded(with_event)
+    options = {"start": {"a": np.linspace(0.5, 2.5, n)}, "keep": ["a", "b"], "threads": 1}
+    exact = system.ensemble(20.0, method="taylor", rtol=1e-14, atol=1e-15, **options)
+    e = system.ensemble(20.0, method=method, rtol=1e-5, **options)
+    off = np.max([abs(e[name] - exact[name]) for name in ("a", "b")], axis=0)
+    assert not e.failed.size
+    assert (off > 1.0).sum() >= 2 and (~e.verdicts.ok[off > 1.0]).all()
+    assert e.verdicts.ok[off < 1e-3].all()
+    assert system.ensemble(1.0, method=method, rtol=1e-6, **options).verdicts.ok.all()
+
+
+def test_members_that_jump_at_events_are_not_doubted_for_when_they_do():
+    """Where an end falls between a member's bounce and its companion's, the report of the member has the last word."""
+    model = symgen.Model("bounces", gravity=(0, "-9.81 m/s^2"))
+    y = model.coordinate("y", start=1.0)
+    model.body("ball", mass=1, com=(0, y))
+    model.event("hit", "y", direction="falling", then={"reset": {"dot(y)": "-0.8*dot(y)"}})
+    system, heights = model.derive(), np.linspace(0.5, 2.0, 2 * GROUP)
+    hit = 2.6 * np.sqrt(2.0 * heights[0] / 9.81)  # the second bounce of the first one
+    for t_end in (hit, 1.7):
+        e = system.ensemble(float(t_end), start={"y": heights}, method="dop853", rtol=1e-7)
+        assert e.verdicts.ok.all()

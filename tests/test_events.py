@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from symgen import Model
 from symgen.runtime import load, solve
 
 FIXTURES = Path(__file__).parent / "fixtures"
@@ -201,3 +202,16 @@ def test_zeno_where_bounces_vanish_in_round_off(piston):
     solution = solve(piston, 5.0)
     assert solution.status == "zeno"
     assert solution["x"].min() > 0.25 - 1e-9
+
+
+@pytest.mark.parametrize("direction", ["both", "falling"])
+def test_what_jumps_at_the_end_and_at_frames_has_not_been_passed_by(direction):
+    model = Model("clock")
+    model.coordinate("x", start=1.0)
+    model.kinetic("dot(x)^2/2")
+    model.potential("x^2/2")
+    model.event("tick", "mod(t, 1) - 0.5", direction=direction)
+    run = model.derive().run(5.0)
+    halves = [0.5, 1.5, 2.5, 3.5, 4.5] if direction == "both" else []
+    assert times(run, "tick") == pytest.approx(sorted([1.0, 2.0, 3.0, 4.0, *halves]))
+    assert run.ok

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import concurrent.futures
+import copy
+import pickle
 import re
 import threading
 import time
@@ -185,6 +188,29 @@ def test_clones_run_side_by_side():
     assert len(found) == 4
     for state in found.values():
         np.testing.assert_array_equal(state, expected)
+
+
+def test_one_prepared_run_serves_threads_one_after_another():
+    run = system("double_pendulum").prepare(1.0, start=["theta1"])
+    starts = np.linspace(0.5, 1.5, 40)
+    expected = [run(y0=[start]) for start in starts]
+
+    def calls(first):
+        rows = [(first + 7 * k) % len(starts) for k in range(200)]
+        return all(np.array_equal(run(y0=[starts[row]]), expected[row]) for row in rows)
+
+    with concurrent.futures.ThreadPoolExecutor(4) as executor:
+        assert all(executor.map(calls, range(4)))
+
+
+def test_copies_are_clones_and_pickles_are_refused():
+    run = system("double_pendulum").prepare(1.0, start=["theta1"])
+    expected = run(y0=[1.0])
+    for other in (copy.copy(run), copy.deepcopy(run)):
+        other(y0=[0.2])
+        assert np.array_equal(other(y0=[1.0]), expected)
+    with pytest.raises(TypeError, match="prepare the run anew"):
+        pickle.dumps(run)
 
 
 def test_starts_are_assembled_where_they_do_not_fit():

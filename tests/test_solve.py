@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from symgen import Model
 from symgen.runtime import RunOptions, load, solve
 from symgen.runtime.checks.time_scales import time_scales
 from symgen.runtime.errors import RuntimeModelError
@@ -170,6 +171,21 @@ def test_time_scales(oscillator):
     assert scales.fastest == pytest.approx(5.0, rel=1e-6)
     assert scales.decay == pytest.approx(0.0, abs=1e-6)
     assert scales.fastest_period == pytest.approx(2 * np.pi / 5.0, rel=1e-6)
+
+
+@pytest.mark.parametrize("size", [1e-12, 1e-9, 1e-6, 1e-3, 1.0, 1e6])
+def test_time_scales_are_those_of_motions_of_any_size(size):
+    model = Model("well")
+    model.coordinate("x", start=0.3 * size)
+    model.coordinate("y")  # of ordinary size, at rest
+    model.kinetic("dot(x)^2/2 + dot(y)^2/2")
+    model.potential(f"{size!r}^2*(exp(-2*(x/{size!r})) - 2*exp(-x/{size!r})) + 8*(1 - cos(y))")  # Morse's
+    system = model.derive()
+    q, v, _, _ = system.initial_state()
+    found = time_scales(system, system.parameter_values(), 0.0, q, v).eigenvalues
+    curvature = 4.0 * np.exp(-0.6) - 2.0 * np.exp(-0.3)
+    expected = np.sqrt(np.array([-curvature, -8.0], dtype=complex))
+    np.testing.assert_allclose(np.sort(np.abs(found.imag)), np.sort(np.repeat(expected.imag, 2)), rtol=1e-4)
 
 
 def test_stiff_models_are_noticed(oscillator):

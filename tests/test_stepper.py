@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import tracemalloc
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -134,3 +135,29 @@ def test_health_and_advice_are_data(cart_pole):
     advice = cart_pole.advise("0.5 s")
     assert advice.ok and json.loads(to_json(advice.to_dict())) and advice.lines()
     assert not cart_pole.advise("0.5 s", method="euler", step=0.4).ok
+
+
+def test_arrays_that_cannot_hold_a_state_are_refused(cart_pole):
+    for state in (np.array([0, 1, 0, 0]), np.zeros(4, dtype=np.float32), np.zeros((1, 4))):
+        with pytest.raises(RuntimeModelError, match=r"give one of float64, shape \(4,\)"):
+            cart_pole.step(state, None, 0.1)
+
+
+@pytest.mark.parametrize(("dt", "t"), [(np.nan, 0.0), (np.inf, 0.0), (0.1, np.nan)])
+def test_steps_to_no_time_are_refused(cart_pole, dt, t):
+    with pytest.raises(RuntimeModelError, match="give finite numbers"):
+        cart_pole.step(np.full(4, 0.1), None, dt, t=t)
+
+
+def test_threads_step_by_themselves(cart_pole):
+    starts = np.random.default_rng(5).normal(size=(8, 4))
+    expected = [cart_pole.step(start.copy(), [0.0], 0.3) for start in starts]
+
+    def steps(start):
+        return [cart_pole.step(start.copy(), [0.0], 0.3) for _ in range(200)]
+
+    with ThreadPoolExecutor(4) as executor:
+        for found, one in zip(executor.map(steps, starts), expected, strict=True):
+            np.testing.assert_allclose(
+                found, np.tile(one, (200, 1)), rtol=1e-6
+            )  # steps go on as those before did

@@ -63,6 +63,8 @@ _REGULAR_ENDS = ("success", "terminated")
 
 def health_of(solution: Solution) -> list[HealthCheck]:
     """Return the health report of a run, which is worked out once; see `check`."""
+    if solution.whole is not None:
+        return health_of(solution.whole)
     if "_health" not in solution.__dict__:
         solution.__dict__["_health"] = check(solution)
     return solution.__dict__["_health"]
@@ -79,6 +81,8 @@ def objections_without_companions(solution: Solution) -> list[HealthCheck]:
     How far the motion is off is told by companions, which cost as much as the run. What else objects they may acquit:
     then the whole report has the last word.
     """
+    if solution.whole is not None:
+        return objections_without_companions(solution.whole)
     if "_health" not in solution.__dict__:
         with np.errstate(all="ignore"):
             found = _checked(solution, with_companions=False)

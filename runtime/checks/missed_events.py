@@ -14,6 +14,7 @@ from symgen.runtime.batches import evaluate
 from symgen.runtime.checks.entry import HealthCheck
 from symgen.runtime.event_actions import event_times
 from symgen.runtime.loop_arrays import DIRECTIONS
+from symgen.runtime.options import SAME_TICKS, time_resolution
 
 if TYPE_CHECKING:
     from symgen.runtime.solution import Solution
@@ -30,6 +31,7 @@ def missed_events(solution: Solution) -> Iterator[HealthCheck]:
     if len(solution.t) < 3 or not len(solution.step_log):
         return
     t, states = _between_frames(solution)
+    t = _without_the_end(t)
     values = evaluate(system, "events", solution.p, t, states)
     fired = event_times(solution.events)
     quiet = _without_events(t, fired)
@@ -61,19 +63,34 @@ def _on_the_wrong_side(solution: Solution, e: int, direction: int, floor: float)
 
     Where events come in crowds no interval is without one. But one that fires in both directions fires an odd number of
     times between two sides, and an even one between frames on the same; one of a direction at least once from the side
-    before to the other. Where a reset comes in between, states jump, and no side follows from the last one.
+    before to the other. Where a reset comes in between, states jump, and no side follows from the last one; nor does
+    it at a frame in whose instant the event fires.
     """
-    t, name = solution.t, solution.system.events[e]["name"]
+    t, name = _without_the_end(solution.t), solution.system.events[e]["name"]
     g = evaluate(solution.system, "events", solution.p, t, solution.states)[:, e]
-    own = np.array([event.t for event in solution.events if event.name == name])
+    own = np.sort([event.t for event in solution.events if event.name == name])
     if not len(own) or not np.isfinite(g).all():
         return []
     jumps = np.array([event.t for event in solution.events if event.action != "record"])
     n, n_jumps = (np.diff(np.searchsorted(times, t, side="right")) for times in (own, jumps))
-    clear = (np.abs(g[:-1]) > floor) & (np.abs(g[1:]) > floor) & (n_jumps == 0) & (np.diff(t) > 0.0)
+    at_once = SAME_TICKS * time_resolution(t[0], t[-1])
+    told = (np.abs(g) > floor) & (_distance(t, own) > at_once)
+    clear = told[:-1] & told[1:] & (n_jumps == 0) & (np.diff(t) > 0.0)
     crossed = g[:-1] * g[1:] < 0.0
     wrong = n % 2 != crossed if direction == 0 else crossed & (direction * g[1:] > 0.0) & (n == 0)
     return t[1:][clear & wrong].tolist()
+
+
+def _distance(t: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Return how far times are from the nearest of others, which are in order [s]."""
+    k = np.searchsorted(others, t)
+    before, after = others[np.maximum(k - 1, 0)], others[np.minimum(k, len(others) - 1)]
+    return np.minimum(np.abs(t - before), np.abs(after - t))
+
+
+def _without_the_end(t: np.ndarray) -> np.ndarray:
+    """Return times of which the last is just before the end: what jumps in that instant has not been passed by."""
+    return np.append(t[:-1], np.nextafter(t[-1], t[0]))
 
 
 def _crossings(g: np.ndarray, floor: float, direction: int) -> Iterator[int]:

@@ -19,6 +19,10 @@ if TYPE_CHECKING:
 extreme_rates = Late("symgen.runtime.checks.extreme_rates")
 
 _DIFFERENCE = 1e-6
+# What is near zero does not say how far it moves: steps of a millionth of a unit may be a thousand times the motion's.
+_FINER = 1e-3 ** np.arange(5)  # steps of differences, in parts of the first
+_AGREE = 1e-3  # of the terms: differences with another step that are nearer are the same
+_NOISE = 16.0 * np.finfo(float).eps  # of the accelerations, in their differences
 _OVERDAMPED = 0.5  # an eigenvalue with -Re above this part of its magnitude decays more than it oscillates
 
 
@@ -212,23 +216,66 @@ def motion_jacobians(
     ndarray, shape (n, 2 nv, 2 nv)
     """
     positions, n, nv = _places_of(system).positions, len(t), system.nv
-    sizes = np.maximum(1.0, np.abs(q)), np.maximum(1.0, np.abs(v))
-    steps = _DIFFERENCE * np.hstack([positions.per_rate(sizes[0], 1.0), sizes[1]])
-    changes = steps[:, :, None] * np.eye(2 * nv)
-    changes = np.concatenate([changes, -changes], axis=1)
-    states = np.empty((n, 4 * nv, system.nq + nv))
-    states[:, :, : system.nq] = positions.retractions(q, changes[:, :, :nv])
-    states[:, :, system.nq :] = v[:, None] + changes[:, :, nv:]
-    a, _ = accelerations_and_multipliers(
-        system, p, np.repeat(t, 4 * nv), states.reshape(4 * nv * n, system.nq + nv)
-    )
-    a = a.reshape(n, 2, 2 * nv, nv)
+    sizes = positions.per_rate(np.maximum(1.0, np.abs(q)), 1.0), np.maximum(1.0, np.abs(v))
+    steps = _DIFFERENCE * np.hstack(sizes)
+    rows, agree = _differences(system, p, t, q, v, steps)
+    if not agree.all():
+        of_each = (x[~agree] for x in (t, q, v, steps))
+        rows[~agree] = _best_differences(system, p if p.ndim == 1 else p[~agree], *of_each)
     jacobians = np.zeros((n, 2 * nv, 2 * nv))
     jacobians[:, :nv, nv:] = np.eye(nv)
     for _, j in positions.quaternions:
         for jacobian, (x, y, z) in zip(jacobians, v[:, j : j + 3]):
             jacobian[j : j + 3, j : j + 3] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
-    with np.errstate(invalid="ignore", over="ignore"):
-        rows = (a[:, 0] - a[:, 1]) / (2.0 * steps[:, :, None])
     jacobians[:, nv:] = rows.transpose(0, 2, 1)
     return np.where(np.isfinite(jacobians), jacobians, 0.0)
+
+
+def _differences(
+    system: System, p: np.ndarray, t: np.ndarray, q: np.ndarray, v: np.ndarray, steps: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return central differences of the accelerations by positions and rates, and where shorter ones agree with them.
+
+    Parameters
+    ----------
+    steps : ndarray, shape (n, 2 nv)
+
+    Returns
+    -------
+    rows : ndarray, shape (n, 2 nv, nv)
+    agree : ndarray of bool, shape (n,)
+        Whether a step a thousand times shorter, in one direction, says the same.
+    """
+    n, k = steps.shape
+    nv = k // 2
+    each = steps[:, :, None] * np.eye(k)
+    together = _FINER[1] * steps * np.where(np.arange(k) % 3 == 1, -1.0, 1.0)
+    changes = np.concatenate([each, together[:, None], -each, -together[:, None]], axis=1)
+    states = np.empty((n, 2 * k + 2, system.nq + nv))
+    states[:, :, : system.nq] = _places_of(system).positions.retractions(q, changes[:, :, :nv])
+    states[:, :, system.nq :] = v[:, None] + changes[:, :, nv:]
+    p = p if p.ndim == 1 else np.repeat(p, 2 * k + 2, axis=0)
+    a, _ = accelerations_and_multipliers(
+        system, p, np.repeat(t, 2 * k + 2), states.reshape(-1, system.nq + nv)
+    )
+    a = a.reshape(n, 2, k + 1, nv)
+    with np.errstate(invalid="ignore", over="ignore"):
+        changed = 0.5 * (a[:, 0] - a[:, 1])
+        rows = changed[:, :k] / steps[:, :, None]
+        terms = rows * together[:, :, None]
+        off = np.abs(changed[:, k] - terms.sum(axis=1))
+        allowed = _AGREE * np.abs(terms).sum(axis=1) + _NOISE * np.abs(a[:, 0, k])
+        return rows, (off <= allowed).all(axis=1)
+
+
+def _best_differences(
+    system: System, p: np.ndarray, t: np.ndarray, q: np.ndarray, v: np.ndarray, steps: np.ndarray
+) -> np.ndarray:
+    """Return differences of which each has the step that shorter ones and round-off change least."""
+    found = np.array([_differences(system, p, t, q, v, part * steps)[0] for part in _FINER])
+    a, _ = accelerations_and_multipliers(system, p, t, np.hstack([q, v]))
+    with np.errstate(invalid="ignore"):
+        rounding = _NOISE * np.abs(a)[:, None] / (steps[:, :, None] * _FINER[:-1, None, None, None])
+        off = np.abs(np.diff(found, axis=0)) + rounding
+    off[~np.isfinite(off)] = np.inf
+    return np.take_along_axis(found, off.argmin(axis=0)[None], axis=0)[0]

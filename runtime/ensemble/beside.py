@@ -6,7 +6,9 @@ time than most fixed steps; where stability holds that back, by the method itsel
 it (`checks/companion.py`). A member is held to what is kept of it: its end, or its frames.
 
 Members that choose their steps are off where errors grow: in chaotic motion, and by loose tolerances. The first and the
-last one of each group are integrated again, and all of a group where one of these is off.
+last one of each group are integrated again, and all of a group where one of these is off; where stability holds the
+other method back, by their own with smaller tolerances. Jumps at events that come a little sooner or later look like
+errors at a time between: where there are events, the health report of some has the last word.
 """
 
 from __future__ import annotations
@@ -52,24 +54,28 @@ _LEAST_STEPS, _MORE_STEPS = 500, 20
 _EVEN, _EARLY = 24, 8  # times at which it is looked how far coordinates go; motion may die out soon
 _FIRST = 1e-4  # of the run
 _NUMBERS = 1 << 20  # of states of members at once: 8 MB
+_CONFIRMED = 4  # members of a part with events, whose report is asked
+_PASSES = ("0", "1")  # by `_TOLERANCES`
+_HALF, _OWN = "half", "own"  # companions by the method itself: with half the step, with smaller tolerances
 _lock = threading.Lock()
 _plans: weakref.WeakKeyDictionary[Plan, dict[str, Plan]] = weakref.WeakKeyDictionary()
 _own = threading.local()
 
 Rerun = Callable[["Plan", int, int], tuple[np.ndarray, np.ndarray]]
+Objects = Callable[["Plan", int], bool]
 
 
 def has_companion(plan: Plan) -> bool:
-    """Whether members can be integrated again in lanes: nothing switches or resets, no stability holds that back.
+    """Whether members can be integrated again in lanes: nothing switches, and with fixed steps nothing resets.
 
     Of members that choose their steps, not those with tolerances that nothing is more accurate than.
     """
-    method = find_method(plan.method)
-    if plan.system.switches or plan.system.events:
+    adaptive = find_method(plan.method).adaptive
+    if plan.system.switches or (plan.system.events and not adaptive):
         return False
-    if method.adaptive and (method.stiff or plan.single.rtol < _LEAST_RTOL):
+    if adaptive and plan.single.rtol < _LEAST_RTOL:
         return False
-    return _companion(plan, "0").settings is not None
+    return _companion(plan, _PASSES[0]).settings is not None
 
 
 def judged_alone(plan: Plan) -> bool:
@@ -79,7 +85,7 @@ def judged_alone(plan: Plan) -> bool:
 
 def wrong_members(
     plan: Plan, first: int, parameters: np.ndarray, varied: dict[str, np.ndarray], states: np.ndarray,
-    steps: np.ndarray, sound: np.ndarray, rerun: Rerun,
+    steps: np.ndarray, sound: np.ndarray, rerun: Rerun, objects: Objects,
 ) -> np.ndarray:  # fmt: skip
     """Return the members, counted from `first`, that are found to be off by more than a single run may be.
 
@@ -96,28 +102,49 @@ def wrong_members(
         Which of them nothing else objects to, counted from `first`.
     rerun : callable
         Runs members of a plan, from a number up to another one, and returns states and whether these reached the end.
+    objects : callable
+        Whether the health report of a member of a plan, by its number, says that it is off.
     """
 
-    def off(chosen: np.ndarray, passes: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
-        return _off(plan, first, parameters, varied, states, steps, chosen, passes)
+    def off(chosen: np.ndarray, passes: Sequence[str]) -> np.ndarray:
+        wrong, held_back = _off(plan, first, parameters, varied, states, steps, chosen, passes)
+        return np.sort(np.concatenate([wrong, *_off_by_own(plan, first, states, held_back, rerun)]))
 
-    everything = range(len(_TOLERANCES))
-    if not find_method(plan.method).adaptive:
-        wrong, held_back = off(sound, everything)
-        return np.sort(np.concatenate([wrong, *_off_by_half(plan, first, states, held_back, rerun)]))
+    method, everything = find_method(plan.method), _PASSES
+    if not method.adaptive:
+        return off(sound, everything)
+    if method.stiff and _companion(plan, _OWN).settings is not None:
+        everything = (
+            _OWN,
+            _PASSES[1],
+        )  # where motions are stiff, the other method takes long to be held back
     if not len(sound):
         return sound
     groups = (first + sound) // GROUP
     begins = np.flatnonzero(np.diff(groups, prepend=-1))
     sample = np.union1d(begins, np.append(begins[1:], len(sound)) - 1)
-    wrong, _ = off(sound[sample], everything)
+    wrong = _confirmed(plan, first, off(sound[sample], everything), objects)
     suspects = sound[np.isin(groups, (first + wrong) // GROUP)]
-    return off(suspects, everything[-1:])[0]
+    passes = everything if everything[0] == _OWN else everything[-1:]
+    return _confirmed(plan, first, off(suspects, passes), objects)
+
+
+def _confirmed(plan: Plan, first: int, wrong: np.ndarray, objects: Objects) -> np.ndarray:
+    """Return the wrong members without those that the health report acquits; all are, where it acquits all it sees."""
+    if not plan.system.events:
+        return wrong
+    seen = (
+        wrong[np.unique(np.linspace(0, max(len(wrong) - 1, 0), _CONFIRMED).astype(int))]
+        if len(wrong)
+        else wrong
+    )
+    acquitted = [k for k in seen if not objects(plan, first + int(k))]
+    return wrong[:0] if len(acquitted) == len(seen) else np.setdiff1d(wrong, acquitted)
 
 
 def _off(
     plan: Plan, first: int, parameters: np.ndarray, varied: dict[str, np.ndarray], states: np.ndarray,
-    steps: np.ndarray, chosen: np.ndarray, passes: Sequence[int],
+    steps: np.ndarray, chosen: np.ndarray, passes: Sequence[str],
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Return which of the chosen members are off, and for which stability holds the companion back."""
     wrong, held_back = chosen, np.zeros(0, dtype=int)
@@ -125,32 +152,33 @@ def _off(
     for which in passes:
         if not len(wrong):
             break
-        companion = _companion(plan, str(which))
+        companion = _companion(plan, which)
         batch = _batch(companion, max(_LEAST_STEPS, more * int(steps.max(initial=0))), plan.options.device)
         again, reached = _integrated(companion, batch, first, parameters, varied, wrong)
         held_back = np.append(held_back, wrong[~reached])
-        limit = LARGEST_ERROR * (_ACQUITS if which < len(_TOLERANCES) - 1 else 1.0)
+        limit = LARGEST_ERROR * (1.0 if which == _PASSES[1] else _ACQUITS)
         wrong = wrong[reached][~(_errors(companion, plan, again[reached], states[wrong[reached]]) <= limit)]
     return wrong, held_back
 
 
-def _off_by_half(
+def _off_by_own(
     plan: Plan, first: int, states: np.ndarray, held_back: np.ndarray, rerun: Rerun
 ) -> list[np.ndarray]:
-    """Return which members are off from themselves with half the step, by Richardson's extrapolation."""
+    """Return which members are off from themselves with half the step, by Richardson's extrapolation, or tighter."""
     if not len(held_back):
         return []
-    half, numbers = _companion(plan, "half"), np.sort(held_back)
-    order, found = find_method(plan.method).order, []
+    method = find_method(plan.method)
+    companion, numbers = _companion(plan, _OWN if method.adaptive else _HALF), np.sort(held_back)
+    remains, found = 1.0 if method.adaptive else 2.0**method.order / (2.0**method.order - 1.0), []
     for part in np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1):
-        again, reached = rerun(half, first + int(part[0]), first + int(part[-1]) + 1)
-        off = _errors(half, plan, again, states[part]) * 2.0**order / (2.0**order - 1.0)
+        again, reached = rerun(companion, first + int(part[0]), first + int(part[-1]) + 1)
+        off = remains * _errors(companion, plan, again, states[part])
         found.append(part[reached & ~(off <= LARGEST_ERROR)])
     return found
 
 
 def _companion(plan: Plan, which: str) -> Plan:
-    """Return the plan of the same members with another method, or with half the step, which is made once."""
+    """Return the plan of the same members by another method, or by their own more exactly, which is made once."""
     with _lock:
         known = _plans.setdefault(plan, {})
         if which not in known:
@@ -163,16 +191,19 @@ def _made(plan: Plan, which: str) -> Plan:
         plan.options, frames=_times(plan), keep="end", reduce=None, executor=None, out=None, resume=False,
         progress=None, max_steps=None, device="cpu",
     )  # fmt: skip
-    if which == "half":
+    if which == _HALF:
         method, chosen = find_method(plan.method), plan.single.step
         if chosen is None:
             chosen, _ = choose_step(method, plan.system, plan.first_parameters, plan.first_state, plan.single)
         return make_plan(plan.system, replace(options, method=plan.method, step=0.5 * chosen))
+    part = max(_TIGHTER * plan.single.rtol, _TIGHTEST) / plan.single.rtol
+    if which == _OWN:
+        tight = {"rtol": part * plan.single.rtol, "atol": part * plan.single.atol}
+        return make_plan(plan.system, replace(options, method=plan.method, **tight))
     rtol, atol = _TOLERANCES[int(which)]
     if find_method(plan.method).adaptive:
-        part = max(_TIGHTER * plan.single.rtol, _TIGHTEST) / plan.single.rtol
         tight = min(rtol, part * plan.single.rtol), min(atol, part * plan.single.atol)
-        rtol, atol = _OF_ADAPTIVE if which == "0" else tight
+        rtol, atol = _OF_ADAPTIVE if which == _PASSES[0] else tight
     return make_plan(plan.system, replace(options, method=_BESIDE, step=None, rtol=rtol, atol=atol))
 
 

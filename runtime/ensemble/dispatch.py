@@ -20,7 +20,7 @@ from symgen.runtime.ensemble.shipping import (
     what_remains,
 )
 from symgen.runtime.ensemble.single import give_up
-from symgen.runtime.ensemble.work import stop_all
+from symgen.runtime.ensemble.work import stop_all, work_for
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.lazy import Late
 
@@ -58,7 +58,7 @@ def _in_threads(
     n = n_places(plan.options)
     try:
         # The main thread waits beside them, so that Ctrl-C has an answer at once.
-        with ThreadPoolExecutor(n) as executor:
+        with ThreadPoolExecutor(n, initializer=work_for, initargs=(plan,)) as executor:
             try:
                 yield from in_order(
                     lambda first, last: executor.submit(run_chunk, plan, wanted, first, last, store, gather),

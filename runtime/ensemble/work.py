@@ -42,7 +42,11 @@ _JUDGED = ("energy", "finite", "constraint position", "stops", "windings")
 _FRAMES_JUDGED = 65  # of a member that a second run beside it judges
 _HELD = 2  # plans that a thread keeps lanes of
 _own = threading.local()
-_running: weakref.WeakSet[LaneBatch | SwitchedBatch | DeviceBatch] = weakref.WeakSet()
+# Lanes, and the plan whose ensemble they run for: several ensembles may run at the same time, in threads of their own.
+_running: weakref.WeakKeyDictionary[LaneBatch | SwitchedBatch | DeviceBatch, Plan] = (
+    weakref.WeakKeyDictionary()
+)
+_of_all = threading.Lock()  # for what is added while another thread goes through them
 
 
 @record(eq=False)
@@ -104,10 +108,15 @@ def run_members(plan: Plan, first: int, last: int) -> tuple[np.ndarray, np.ndarr
     if beside.has_companion(plan):
         sound = np.flatnonzero((verdicts.status == at.REACHED_STOP) & verdicts.ok)
         wrong = beside.wrong_members(
-            plan, first, parameters, varied, states, verdicts.steps, sound, _states_and_ends
+            plan, first, parameters, varied, states, verdicts.steps, sound, _states_and_ends, _is_off
         )
         verdicts.ok[wrong] = False
     return states, parameters, verdicts, messages
+
+
+def _is_off(plan: Plan, number: int) -> bool:
+    """Whether the health report of a member says that its motion is off."""
+    return any(entry.check == "accuracy" for entry in health.objections_to(member.member_again(plan, number)))
 
 
 def _states_and_ends(plan: Plan, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
@@ -191,7 +200,8 @@ def _batch(plan: Plan) -> LaneBatch | SwitchedBatch | DeviceBatch:
     def made() -> LaneBatch | SwitchedBatch | DeviceBatch:
         make = device.make_batch if plan.options.device != "cpu" else make_batch
         batch = make(plan.system, wound.with_watched(plan))
-        _running.add(batch)
+        with _of_all:
+            _running[batch] = _own.__dict__.get("ensemble", plan)
         return batch
 
     return _of_thread("batches", plan, made)
@@ -208,10 +218,17 @@ def _of_thread(kind: str, plan: Plan, make: Callable[[], Any]) -> Any:
     return held[0][1]
 
 
+def work_for(plan: Plan) -> None:
+    """Let a thread run members of a plan, and of what is run beside it, until it ends."""
+    _own.ensemble = plan
+
+
 def stop_all(plan: Plan) -> None:
-    """Let all members that are under way be given up: those in lanes, and those of a plan that run by themselves."""
+    """Let all members of a plan that are under way be given up: those in lanes, and those that run by themselves."""
     give_up(plan)
-    for batch in list(_running):
+    with _of_all:
+        batches = [batch for batch, ensemble in _running.items() if ensemble is plan]
+    for batch in batches:
         batch.stop()
 
 

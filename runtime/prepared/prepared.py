@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import copy
 import queue
+import threading
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -55,8 +55,8 @@ class PreparedRun:
     """A run that is called with parameters and a start; `System.prepare` makes it.
 
     Method, step and form of constraints are chosen once, at the model's own values; all else is that of
-    `System.run` with the same options, to the last bit. A prepared run serves one thread at a time: `clone` it for
-    others.
+    `System.run` with the same options, to the last bit. A prepared run serves one thread at a time, and others wait:
+    `clone` it for them.
 
     Parameters
     ----------
@@ -134,6 +134,7 @@ class PreparedRun:
         self._task = None if self.why_python else self._make_task()
         self._machine = Machine(self._task) if self._task is not None else None
         self._last: Runs | None = None
+        self._in_use = threading.Lock()
 
     def _choose(self, start: dict[str, Quantity]) -> None:
         """Choose method, step and form of constraints at the model's own values."""
@@ -200,9 +201,21 @@ class PreparedRun:
 
     def clone(self) -> PreparedRun:
         """Return another one, for another thread: code is shared, arrays are not."""
-        other = copy.copy(self)
-        other._machine, other._last = Machine(self._task) if self._task is not None else None, None
+        other = object.__new__(type(self))
+        vars(other).update(vars(self), _last=None, _in_use=threading.Lock())
+        other._machine = Machine(self._task) if self._task is not None else None
         return other
+
+    __copy__ = clone  # two that share arrays would write over each other's
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> PreparedRun:
+        return self.clone()
+
+    def __reduce__(self) -> Any:
+        raise TypeError(
+            f"{self!r} holds addresses of machine code, which mean nothing to another process: send the system there, "
+            "which can be pickled, and prepare the run anew"
+        )
 
     def __repr__(self) -> str:
         return f"<PreparedRun of {self.system.name!r} to t = {self.t_end:.6g} s by {self.method}>"
@@ -232,6 +245,12 @@ class PreparedRun:
         RuntimeModelError
             A value is not finite, or there are more or fewer than names.
         """
+        with self._in_use:
+            return self._run(p, y0)
+
+    def _run(
+        self, p: Sequence[float] | np.ndarray | None, y0: Sequence[float] | np.ndarray | None
+    ) -> np.ndarray | Solution:
         if self.output == "solution":
             return self._solution(self._values("p", p), self._values("y0", y0))
         machine = self._machine
@@ -299,7 +318,8 @@ class PreparedRun:
                 )
         P = np.tile(self._nominal_p, (n, 1)) if P is None else P
         Y0 = np.tile(self._nominal_y, (n, 1)) if Y0 is None else Y0
-        return self._runs(P, Y0, int(threads))
+        with self._in_use:
+            return self._runs(P, Y0, int(threads))
 
     def consistent(
         self, y0: Sequence[float] | np.ndarray | None = None, p: Sequence[float] | None = None
