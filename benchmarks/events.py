@@ -5,7 +5,9 @@ in prepared runs. Beside them SciPy's `solve_ivp` with an event that ends a flig
 compiled right-hand side.
 
 Then that of changes of stick and slip, of impacts beside friction, and of forces that jump or have a kink, each with
-the motion up to it: by how much a run takes longer that has more of them.
+the motion up to it: by how much a run takes longer that has more of them. Impacts, resets and jumps beside an input of
+two pieces a second are among them, and impacts on which Python acts: those of a stop that stays closed for a while, and
+of a constrained model.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from symgen import Model, load
+from symgen.runtime.inputs import Table
 
 _BALL = """
 name = "ball"
@@ -62,17 +65,47 @@ potential = "2*x^2"
 [forces]
 x = "FORCE"
 """
+_INPUT = "[inputs]\nu = {}\n"
+_RESTING = """
+[coordinates]
+x = { start = 0.1 }
+[energy]
+kinetic = "dot(x)^2/2"
+[forces]
+x = "-1 + 1.5*cos(t)"
+[stops.wall]
+gap = "x"
+"""
+_ON_A_CIRCLE = """
+[coordinates]
+x = { start = 0.6 }
+y = { start = -0.8 }
+[energy]
+kinetic = "dot(x)^2/2 + dot(y)^2/2"
+potential = "9.81*y"
+[constraints]
+length = "x^2 + y^2 - 1"
+[stops.wall]
+gap = "x + 0.1"
+restitution = 1
+"""
 _SWITCHED = {  # and where a force goes over to another branch
     "stick and slip": (None, 0.0),
     "impact beside friction": (_BESIDE_FRICTION, 0.0),
     "jump": (_OSCILLATOR.replace("FORCE", "-sign(x)/2"), 0.0),
     "kink": (_OSCILLATOR.replace("FORCE", "-abs(x)/2"), 0.0),
     "where": (_OSCILLATOR.replace("FORCE", "-where(x > 0.1, 1, 0.3)/2"), 0.1),
+    "impact, input": (_BALL + _FLOORS["impact"] + _INPUT + '[forces]\ny = "u"\n', 0.0),
+    "reset, input": (_BALL + _FLOORS["reset"] + _INPUT + '[forces]\ny = "u"\n', 0.0),
+    "jump, input": (_OSCILLATOR.replace("FORCE", "u - sign(x)/2") + _INPUT, 0.0),
+    "stop that stays closed": (_RESTING, 0.0),
+    "impact, constrained": (_ON_A_CIRCLE, 0.0),
 }
 _METHODS = ("taylor", "dop853", "radau5")
 _FLIGHT = 2.0 * np.sqrt(2.0 / 9.81)  # [s]
 _EVENTS, _PEER_EVENTS, _TURNS = 10_000, 50, 5
 _SHORT, _LONG, _FRAMES_PER_SECOND = 50.0, 1000.0, 20  # [s]
+_TIMES = np.linspace(0.0, _LONG, 2001)
 
 
 def main() -> None:
@@ -87,8 +120,15 @@ def main() -> None:
             print(f"{kind:10}{method:10}{ours[0]:10.1f}{ours[1]:10.1f}{scipy_events(ball):10.1f}")
     print(f"{'with the motion up to it':26}" + "".join(f"{method:>10}" for method in _METHODS))
     for kind, (text, level) in _SWITCHED.items():
-        system = load("stick_slip") if text is None else Model.from_toml('name = "switched"' + text).derive()
-        print(f"{kind:26}" + "".join(f"{more_events(system, method, level):10.1f}" for method in _METHODS))
+        system = (
+            load("stick_slip")
+            if text is None
+            else Model.from_toml(text if "name" in text else 'name = "switched"' + text).derive()
+        )
+        print(
+            f"{kind:26}" + "".join(f"{more_events(system, method, level):10.1f}" for method in _METHODS),
+            flush=True,
+        )
     if million:
         began = time.thread_time()
         solution = ball.run(1e6 * _FLIGHT, method="dop853")
@@ -110,9 +150,10 @@ def least(way: Callable[[], object]) -> float:
 def more_events(system: object, method: str, level: float) -> float:
     """Return the processor time of an event with the motion up to it [µs]: of a long run, less that of a short one."""
     spent, events = [], []
+    given = {"inputs": {"u": Table(_TIMES, 1e-3 * np.cos(_TIMES))}} if system.inputs else {}
     for t_end in (_SHORT, _LONG):
-        spent.append(least(partial(system.run, t_end, method=method)))
-        counted = system.run(t_end, method=method, fps=_FRAMES_PER_SECOND)
+        spent.append(least(partial(system.run, t_end, method=method, **given)))
+        counted = system.run(t_end, method=method, fps=_FRAMES_PER_SECOND, **given)
         events.append(len(counted.events) or crossings(counted.states[:, 0] - level))
     return 1e6 * (spent[1] - spent[0]) / (events[1] - events[0])
 

@@ -54,7 +54,7 @@ class Run(RunState):
 
     def _acts_in_code(self) -> Any:
         """Return what acts on plain events in machine code, None where nothing does."""
-        if not self.arrays.n_events or self.inputs is not None or self.timetable is not None:
+        if not self.arrays.n_events:
             return None
         given = self.system, self.method, self.arrays
         if events_in_code.has_plain_events(self.system):
@@ -155,7 +155,7 @@ class Run(RunState):
         self._collect()
         if self.system.has_feedback:
             self.system.refuse_faults()
-        if self.forces_jumped:
+        if self.forces_jumped and status != at.EVENT:
             self._settle_jump()
         if status < 0 and self.fallback is not None:
             self._fall_back()
@@ -171,7 +171,12 @@ class Run(RunState):
             return False
         if status == at.EVENT:
             there = self._is_there(self.stops[0]) if self.stops else True
-            return self._on_event() and (there or not self._steps_used_up())
+            goes_on = self._on_event()
+            if (
+                goes_on and self.forces_jumped
+            ):  # an impact of the same instant comes first: it is none any more then
+                self._settle_jump()
+            return goes_on and (there or not self._steps_used_up())
         return not (status == at.RUNNING and self._steps_used_up())
 
     def _advance_over_breaks(self, n_steps: int) -> int:
@@ -254,7 +259,7 @@ class Run(RunState):
         wanted = self.stops[0]
         watch = wanted if wanted < stop else np.inf
         if self._in_code is not None and (self._in_code.in_both_forms or not self.actions.is_held):
-            status = self._in_code.advance(self.actions, stop, n_steps, watch)
+            status = self._in_code.advance(self.actions, stop, n_steps, watch, keep_log=keep_log)
         else:
             status = self.arrays.advance(stop, n_steps, watch=watch, keep_log=keep_log)
         return status if status != at.NEAR_WATCH else self._step_past(stop)

@@ -279,9 +279,10 @@ class _Rows(Sequence):
         name, action = self._kinds[int(row[plain_events.EVENT])]
         before = row[plain_events.FIRST_STATE : plain_events.FIRST_STATE + n]
         after = row[plain_events.FIRST_STATE + n : plain_events.FIRST_STATE + 2 * n]
-        work, behind = math.nan, row[plain_events.FIRST_STATE + 2 * n :]
-        if len(behind):  # of a friction
-            action, work = _OF_FRICTIONS[int(behind[0])], float(behind[1])
+        behind = row[plain_events.FIRST_STATE + 2 * n :].tolist()
+        work = behind[0] if behind else math.nan  # members of ensembles have none
+        if len(behind) > 1:  # of a friction
+            action = _OF_FRICTIONS[int(behind[1])]
         return EventRecord(
             name, action, float(row[plain_events.TIME]), before[:nq], before[nq:], after[:nq], after[nq:],
             float(row[plain_events.CHANGE]), work,
@@ -512,13 +513,12 @@ class EventActions:
                 )
 
     def settle_jump(self) -> list[EventRecord]:
-        """Settle stops and frictions where forces have jumped with an input; returns what changed."""
+        """Settle stops and frictions where forces have jumped with an input; returns what changed or was struck."""
         self.note_gaps()
         before = self.switching.settings
         records = self._switch(np.zeros(0, dtype=int))
         self.log.extend(records)
-        changed = np.flatnonzero(self.switching.settings != before)
-        if len(changed):
+        if records or (self.switching.settings != before).any():
             self._arm()
         return records
 

@@ -26,10 +26,13 @@ ACTIONS = {"record": here.RECORDS, "reset": here.RESETS, "terminate": here.TERMI
 
 
 def has_plain_events(system: System) -> bool:
-    """Whether machine code can act on events of a model: no constraints, quaternions, frictions, jumps of forces."""
+    """Whether machine code can act on events of a model: no constraints, quaternions, frictions, jumps of forces.
+
+    Inputs may follow time: gaps read none.
+    """
     return (
         bool(system.events)
-        and not (system.m or system.jumps or system.input_descriptions)
+        and not (system.m or system.jumps)
         and system.nq == system.nv <= _LARGEST
         and all(switch["kind"] == "stop" for switch in system.switches)
     )
@@ -75,7 +78,7 @@ def make_after(
         switches_at=switches_at,
         sums=np.array([0.0, np.nan, 0.0]), intervals=np.zeros(here.MOST_INTERVALS),
         counts=np.array([0, 0, method.adaptive], dtype=np.int64), lowest=np.full(n_stops, np.inf),
-        log=np.zeros((_ROWS if ne else 0, here.FIRST_STATE + 2 * n)), before=np.zeros(n), slope=np.zeros(n),
+        log=np.zeros((_ROWS if ne else 0, here.FIRST_STATE + 2 * n + 1)), before=np.zeros(n), slope=np.zeros(n),
         moved=np.zeros(n), row=np.zeros(system.n_row),
         values=np.zeros(ne), g=np.zeros(ne), floor=np.zeros(ne), other=np.zeros(ne),
         energy=np.zeros(2), switches=np.zeros(2 * n_stops), jacobian=np.zeros(n_stops * nv),
@@ -111,7 +114,9 @@ class EventsInCode:
         self._call = call_block(here.advance_over_events, loop, self._after)
         self._generation = arrays.generation
 
-    def advance(self, actions: EventActions, stop: float, max_steps: int, watch: float) -> int:
+    def advance(
+        self, actions: EventActions, stop: float, max_steps: int, watch: float, *, keep_log: bool
+    ) -> int:
         """Run the loop, and act on events, until something is for Python to do; see `LoopArrays.advance`.
 
         Returns
@@ -127,7 +132,7 @@ class EventsInCode:
         after.intervals[: len(intervals)] = intervals
         after.counts[here.N_LOG], after.counts[here.N_INTERVALS] = 0, len(intervals)
         after.lowest[:] = actions.lowest_gaps
-        self._arrays.set_limits(stop, max_steps, watch)
+        self._arrays.set_limits(stop, max_steps, watch, keep_log=keep_log)
         status = self._call()
         n = int(after.counts[here.N_LOG])
         if n:

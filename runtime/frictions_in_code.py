@@ -153,18 +153,20 @@ class FrictionsInCode:
         )  # fmt: skip
         return own, keep
 
-    def advance(self, actions: EventActions, stop: float, max_steps: int, watch: float) -> int:
+    def advance(
+        self, actions: EventActions, stop: float, max_steps: int, watch: float, *, keep_log: bool
+    ) -> int:
         """Run the loop, and act on frictions, until something is for Python to do; see `LoopArrays.advance`."""
         arrays = self._arrays
         if arrays.generation not in self._generations:
             if not len(actions.log):  # the arrays cost as much as one event, and many runs have none
-                return arrays.advance(stop, max_steps, watch=watch)
+                return arrays.advance(stop, max_steps, watch=watch, keep_log=keep_log)
             self._bind()
         own = self._own
         own.counts[here.N_LOG], own.counts[here.IS_HELD] = 0, actions.is_held
         own.sums[0] = before = actions.energy_of_resets
         own.lowest[:] = actions.lowest_gaps
-        arrays.set_limits(stop, max_steps, watch)
+        arrays.set_limits(stop, max_steps, watch, keep_log=keep_log)
         status = self._call()
         n = int(own.counts[here.N_LOG])
         if n:

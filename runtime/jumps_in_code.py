@@ -48,28 +48,34 @@ class JumpsInCode:
         ne, n, n_jumps = len(system.events), system.nq + system.nv, len(arrays.jumps)
         holds_all = bool(arrays.precomputed[arrays.branches].all())
         self._own = here.Jumps(
-            addresses=np.array([block.address, *(kernel.address for kernel in kernels)], dtype=np.uint64),
+            addresses=np.array(
+                [block.address, *(kernel.precomputed_address for kernel in kernels)], dtype=np.uint64
+            ),
             block=block.block, result=np.zeros(1),
             counts=np.array(
                 [0, arrays.branches.start, self._method.multistep, arrays.looks_for_choices, holds_all], dtype=np.int64
             ),
-            events=np.array(arrays.jumps, dtype=np.int64), p=arrays.p, branched=arrays.p.copy(),
-            before=np.zeros(n_jumps), after=np.zeros(n_jumps), values=np.zeros(ne), first=np.zeros(ne),
-            last=np.zeros(ne), row=np.zeros(system.n_row), ahead=np.zeros(n),
+            events=np.array(arrays.jumps, dtype=np.int64), p=arrays.precomputed.copy(),
+            branched=arrays.precomputed.copy(), before=np.zeros(n_jumps), after=np.zeros(n_jumps),
+            values=np.zeros(ne), first=np.zeros(ne), last=np.zeros(ne), row=np.zeros(system.n_row), ahead=np.zeros(n),
         )  # fmt: skip
         self._keep = block, kernels
         self._call = call_block(here.advance_over_jumps, arrays.loop(), self._own)
 
-    def advance(self, actions: EventActions, stop: float, max_steps: int, watch: float) -> int:
+    def advance(
+        self, actions: EventActions, stop: float, max_steps: int, watch: float, *, keep_log: bool
+    ) -> int:
         """Run the loop, and change branches, until something is for Python to do; see `LoopArrays.advance`."""
         arrays = self._arrays
         if actions.n_jumps < _FEW:
-            return arrays.advance(stop, max_steps, watch=watch)
-        arrays.set_limits(stop, max_steps, watch)
+            return arrays.advance(stop, max_steps, watch=watch, keep_log=keep_log)
+        arrays.set_limits(stop, max_steps, watch, keep_log=keep_log)
         arrays.look_for_choices()
         if self._generation != arrays.generation or self._coefficients is not arrays.coefficients:
             self._bind()
         self._own.counts[here.N_JUMPS] = 0
+        self._own.p[:] = arrays.precomputed  # inputs have gone on
+        self._own.p[arrays.branches] = arrays.p[arrays.branches]
         status = self._call()
         actions.n_jumps += int(self._own.counts[here.N_JUMPS])
         return status

@@ -9,8 +9,11 @@ import symgen
 from symgen import Model
 from symgen.runtime import events_in_code
 from symgen.runtime.event_actions import EventLog, ZenoDetector
+from symgen.runtime.events_in_code import EventsInCode
+from symgen.runtime.inputs import Controller, Polynomial, Table
 from symgen.runtime.integrate import plain_events
 
+take_over = EventsInCode._take_over
 METHODS = ("taylor", "dop853", "radau5", "bdf", "rk4")
 BALL = """
 name = "ball"
@@ -84,6 +87,10 @@ def both(monkeypatch, model, t_end, **options):
 @pytest.mark.parametrize("text", [STOP, MARKED], ids=["stop", "marked"])
 def test_one_body_has_the_same_bits(monkeypatch, text, method):
     by_python, in_code = both(monkeypatch, system(text), 4.0, method=method)
+    assert_same_bits(in_code, by_python)
+
+
+def assert_same_bits(in_code, by_python):
     assert len(in_code.events) == len(by_python.events) > 3
     np.testing.assert_array_equal(in_code.states, by_python.states)
     np.testing.assert_array_equal(in_code.w, by_python.w)
@@ -100,6 +107,73 @@ def test_one_body_has_the_same_bits(monkeypatch, text, method):
     if in_code.lowest_gaps is not None:
         np.testing.assert_array_equal(in_code.lowest_gaps, by_python.lowest_gaps)
     assert in_code.ok == by_python.ok
+
+
+def called(t, x):
+    """What a controller gives: more often than the ball bounces, another value."""
+    return 0.4 * np.sin(3.0 * t) - 0.1 * x[1]
+
+
+TIMES = np.linspace(0.0, 4.0, 21)
+GIVEN = {
+    "linear": {"inputs": {"u": Table(TIMES, np.sin(3.0 * TIMES))}},
+    "steps": {"inputs": {"u": Table(TIMES, np.sin(3.0 * TIMES), kind="hold")}},
+    "polynomial": {"inputs": {"u": Polynomial([0.1, 0.2])}},
+    "sampled": {"inputs": {"u": Controller(called, period=0.05)}},
+    "continuous": {"inputs": {"u": Controller(called)}},
+    "breaks": {"breaks": [0.3, 0.5, 1.0, 2.2]},
+    "longest step": {"max_step": 0.01},
+    "time": {"parameters": {"amplitude": 0.3}},
+}
+DRIVEN = """
+[inputs]
+u = {}
+[forces]
+y = "u + amplitude*sin(20*t)"
+"""
+
+
+@pytest.mark.parametrize("given", GIVEN)
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("text", [STOP, MARKED], ids=["stop", "marked"])
+def test_inputs_and_times_to_keep_to_leave_the_same_bits(monkeypatch, text, method, given):
+    """Work and energy balance are of the same quality, too: the work at impacts is known."""
+    if (given, method) in (("longest step", "rk4"), ("continuous", "taylor")):
+        pytest.skip("the method refuses it")
+    model = system(text.replace("[coordinates]", "amplitude = 0.0\n[coordinates]") + DRIVEN)
+    by_python, in_code = both(monkeypatch, model, 4.0, method=method, **GIVEN[given])
+    assert_same_bits(in_code, by_python)
+    assert in_code.energy.max_error == by_python.energy.max_error
+    np.testing.assert_array_equal([e.work for e in in_code.events], [e.work for e in by_python.events])
+
+
+@pytest.mark.parametrize("given", ["linear", "sampled", "breaks"])
+def test_events_between_inputs_are_acted_on_in_code(monkeypatch, given):
+    """All but some that fall into the step which passes the end."""
+    acted = []
+    monkeypatch.setattr(
+        EventsInCode, "_take_over", lambda self, actions, n: acted.append(n) or take_over(self, actions, n)
+    )
+    solution = system(STOP.replace("0.9", "1.0", 1) + DRIVEN.replace("amplitude", "0")).run(
+        4.0, method="dop853", **GIVEN[given]
+    )
+    assert len(solution.events) - 1 <= sum(acted) <= len(solution.events)
+
+
+def test_an_impact_where_an_input_jumps_is_one(monkeypatch):
+    """In the last digits of the time of the jump, as well as clearly before or behind it."""
+    first = float(np.sqrt(2.0 / 9.81))
+    for shift in (-1e-13, -4e-15, -1e-15, -2e-16, 0.0, 2e-16, 1e-15, 1e-13):
+        table = Table(np.array([0.0, first + shift, 4.0]), np.array([0.0, 2.0, 2.0]), kind="hold")
+        model = system(STOP + DRIVEN.replace("amplitude", "0"))
+        by_python, in_code = both(monkeypatch, model, 4.0, method="dop853", inputs={"u": table})
+        assert_same_bits(in_code, by_python)
+        assert [event.action for event in in_code.events] == ["impact"] * 5
+        assert in_code.events[0].t == pytest.approx(first, abs=1e-14)
+        speed = 0.9 * np.sqrt(2.0 * 9.81)
+        later = first + 2.0 * speed / 7.81
+        assert in_code.events[1].t == pytest.approx(later, abs=1e-9)
+        assert in_code.ok
 
 
 @pytest.mark.parametrize("method", METHODS)

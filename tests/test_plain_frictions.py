@@ -14,6 +14,7 @@ from symgen.runtime import frictions_in_code, jumps_in_code, load
 from symgen.runtime.contact.lone_friction import LoneFriction
 from symgen.runtime.contact.switching import Switching
 from symgen.runtime.driver import Run
+from symgen.runtime.inputs import Controller, Polynomial, Table
 from symgen.runtime.recording.reader import read_recording
 from symgen.runtime.recording.verify import verify
 
@@ -130,6 +131,18 @@ def test_stick_and_slip_have_the_same_bits(monkeypatch, method):
     assert in_code.ok == by_python.ok
 
 
+@pytest.mark.parametrize(
+    "given", [{"breaks": [0.3, 1.7, 1.9, 4.4, 12.0]}, {"max_step": 0.05}], ids=["breaks", "longest"]
+)
+@pytest.mark.parametrize("method", ("taylor", "dop853", "radau5", "bdf"))
+def test_steps_that_keep_to_times_have_the_same_bits(monkeypatch, method, given):
+    by_python, in_code, acted = both(monkeypatch, symgen.load("stick_slip"), 20.0, method=method, **given)
+    assert len(in_code.events) > 40
+    assert len(acted) <= 3
+    assert_same(in_code, by_python)
+    assert in_code.ok == by_python.ok
+
+
 @pytest.mark.parametrize("method", METHODS)
 def test_coupled_frictions_and_stops(monkeypatch, method):
     """Speeds that are taken away, and impulses, differ in the last digit: events are the same, states but for that."""
@@ -229,6 +242,25 @@ def test_jumps_and_kinks_have_the_same_bits(monkeypatch, force, method):
         monkeypatch, system(OSCILLATOR.replace("FORCE", force)), 20.0, method=method
     )
     assert len(acted) <= 3  # the first ones, and one in the step that passes the end
+    assert_same(in_code, by_python)
+
+
+TIMES = np.linspace(0.0, 20.0, 41)
+GIVEN = {
+    "linear": {"inputs": {"u": Table(TIMES, np.sin(2.0 * TIMES))}},
+    "steps": {"inputs": {"u": Table(TIMES, np.sin(2.0 * TIMES), kind="hold")}},
+    "polynomial": {"inputs": {"u": Polynomial([0.1, 0.02])}},
+    "sampled": {"inputs": {"u": Controller(lambda t, x: 0.4 * np.sin(3.0 * t) - 0.1 * x[1], period=0.3)}},
+    "breaks": {"breaks": [0.3, 1.7, 1.9, 4.4, 12.0]},
+}
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("given", GIVEN)
+def test_jumps_and_kinks_beside_inputs_have_the_same_bits(monkeypatch, given, method):
+    text = OSCILLATOR.replace("FORCE", "u - a*sign(x) - a*where(x > 0.1, 1, 0.3)") + "[inputs]\nu = {}\n"
+    by_python, in_code, acted = both(monkeypatch, system(text), 20.0, method=method, **GIVEN[given])
+    assert len(acted) <= 6  # the first ones, and those in steps that are as long as what is left of the run
     assert_same(in_code, by_python)
 
 

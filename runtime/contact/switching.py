@@ -688,8 +688,8 @@ class Switching(Holding):
         Returns
         -------
         list of (int, str)
-            The indices of those that fired, or else of those that changed, and what became of each: impact, release,
-            stick, slip or turn.
+            The indices of those that fired, or else of those that changed or were struck, and what became of each:
+            impact, release, stick, slip or turn.
         """
         if not len(fired):
             self._last = None  # inputs have other values at the same time
@@ -703,6 +703,8 @@ class Switching(Holding):
         here = self._here()
         struck = self.closed | is_fired[: self.n_stops] | (gaps <= self._round_off(here))
         near = struck | (gaps <= self._gap_tolerances(here))
+        closing = here.speeds[: self.n_stops] < -self._speed_tolerances(here)[: self.n_stops]
+        blown = np.concatenate([struck & closing, np.zeros(self.n - self.n_stops, dtype=bool)])
         fired_frictions = self._of_either(is_fired[self.n_stops :])
         came_to_rest = fired_frictions & self._came_to_rest(here) & ~self._under_way(here)
         if came_to_rest.any():
@@ -711,7 +713,8 @@ class Switching(Holding):
         aims = self._aim_anew(fired_frictions & ~came_to_rest)
         self._decide(near, struck, sticking | came_to_rest, aims)
         with_others = np.concatenate([np.zeros(self.n_stops, dtype=bool), came_to_rest & self.stuck])
-        told = np.flatnonzero(is_fired | with_others if len(fired) else were_held != self._at_rest)
+        changed = (were_held != self._at_rest) | blown
+        told = np.flatnonzero(is_fired | with_others if len(fired) else changed)
         became = [(int(i), self._became(i, were_held[i], came_to_rest)) for i in told]
         return [x for k, x in enumerate(became) if x[1] and self.names[x[0]] not in self._told(became[:k])]
 

@@ -22,7 +22,7 @@ ACTED, NOT_PLAIN, PILES_UP, ENDS = range(4)
 ZENO = 10  # status of `advance_over_events`: acted on, and events pile up at `sums[ACCUMULATION]`
 N_LOG, N_INTERVALS, IS_ADAPTIVE = range(3)  # in `counts`
 RESET_ENERGY, LAST_RESET, ACCUMULATION = range(3)  # in `sums`; no reset so far: nan
-# Of a row of the log; the states before and after follow.
+# Of a row of the log; the states before and after follow, then the work that was done up to it.
 EVENT, TIME, CHANGE, NEXT_FRAME, FIRST_STATE = range(5)
 MOST_INTERVALS = 64
 ROUND_OFF = 4.0 * float(np.finfo(float).eps)
@@ -30,7 +30,7 @@ EPS = float(np.finfo(float).eps)
 CLEAR, PART_OF_FLIGHT, AHEAD = 8.0, 1e-2, 1e-6
 ZENO_SHRINKAGE, ZENO_EVENTS = 1e-7, 5
 SURELY_SEEN, LED, PLAINLY = 64.0, 1e-12, 1e-6
-VIOLATED = 1e-6
+AT_STOP = 64.0 * EPS  # relative: an event as near to where the call ends is acted on with what changes there
 
 
 class After(NamedTuple):
@@ -50,7 +50,7 @@ class After(NamedTuple):
     counts : ndarray of int64, shape (3,)
     lowest : ndarray, shape (number of stops,)
         The least gap of each stop at the ends of steps.
-    log : ndarray, shape (n, FIRST_STATE + 2 (nq + nv))
+    log : ndarray, shape (n, FIRST_STATE + 2 (nq + nv) + 1)
     before, slope, moved, row : ndarray, shapes (nq + nv,) thrice, (n_row,)
     values, g, floor, other : ndarray, shape (NE,)
     energy, switches : ndarray, shapes (2,), (2 * number of stops,)
@@ -102,7 +102,7 @@ def advance_over_events(loop, after):
     while True:
         call_kernel(after.addresses[ADVANCE], 0.0, after.block, after.block, after.result)
         status = int(after.result[0])
-        if status != at.EVENT:
+        if status != at.EVENT or is_at_stop(loop):
             return status
         done = act(loop, after)
         if done == PILES_UP:
@@ -111,6 +111,13 @@ def advance_over_events(loop, after):
             return status
         if not has_room(last, loop) or after.counts[N_LOG] >= after.log.shape[0]:
             return at.RUNNING
+
+
+@jitted
+def is_at_stop(loop):
+    """Whether an event lies where the call is to end, but for round-off: for Python, which changes inputs there."""
+    t = loop.control[at.T]
+    return loop.control[at.T_STOP] - t <= AT_STOP * max(abs(loop.control[at.T_START]), abs(t))
 
 
 @jitted
@@ -147,7 +154,7 @@ def act(loop, after):
     call_kernel(after.addresses[EVENTS], loop.control[at.T], loop.y, loop.p, after.values)
     if event < n_own and after.actions[event] == RECORDS:
         note_gaps(loop, after)
-        write_log(event, 0.0, loop, after)
+        write_log(event, 0.0, math.nan, loop, after)
         loop.counters[at.F_VALID] = 0
         renew_bands(event, loop, after)
         return ACTED
@@ -170,8 +177,11 @@ def act(loop, after):
         return NOT_PLAIN
     note_gaps(loop, after)
     change = total_energy(loop, after) - energy
+    work = math.nan
+    if event >= n_own and loop.sizes[at.NW] > 0:
+        work = loop.y[n] + after.sums[RESET_ENERGY]
     after.sums[RESET_ENERGY] += change
-    write_log(event, change, loop, after)
+    write_log(event, change, work, loop, after)
     loop.counters[at.F_VALID] = 0
     loop.control[at.ERROR_OLD] = 1e-4
     loop.counters[at.LAST_REJECTED] = 0
@@ -192,14 +202,15 @@ def total_energy(loop, after):
 
 
 @jitted
-def write_log(event, change, loop, after):
+def write_log(event, change, work, loop, after):
     """Write a row of the log."""
     n = after.before.shape[0]
     row = after.log[after.counts[N_LOG]]
     row[EVENT], row[TIME], row[CHANGE] = event, loop.control[at.T], change
     row[NEXT_FRAME] = loop.counters[at.NEXT_FRAME]
     copy(after.before, row[FIRST_STATE : FIRST_STATE + n])
-    copy(loop.y[:n], row[FIRST_STATE + n :])
+    copy(loop.y[:n], row[FIRST_STATE + n : FIRST_STATE + 2 * n])
+    row[FIRST_STATE + 2 * n] = work
     after.counts[N_LOG] += 1
 
 

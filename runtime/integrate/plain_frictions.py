@@ -33,6 +33,7 @@ from symgen.runtime.integrate.plain_events import (
     factor,
     fired_alone,
     has_room,
+    is_at_stop,
     sign,
     solve,
 )
@@ -75,8 +76,8 @@ class Frictions(NamedTuple):
     position, rows, squares, sizes : ndarray, shapes (nq + nv,), (n * nv,), (n,), (number of groups,)
     lowest : ndarray, shape (s,)
         The least gap of each stop at the ends of steps.
-    log : ndarray, shape (rows, FIRST_STATE + 2 (nq + nv) + 2 + 2 k)
-        As that of `plain_events`; behind it what became of the friction, work, which ones stick, and senses.
+    log : ndarray, shape (rows, FIRST_STATE + 2 (nq + nv) + 1 + 1 + 2 k)
+        As that of `plain_events`; behind it what became of the friction, which ones stick, and senses.
     before, moved, slope : ndarray, shape (nq + nv,)
     free_row, held_row : ndarray
         Of `rhs`.
@@ -153,7 +154,7 @@ def advance_over_frictions(free, held, own):
         else:
             call_kernel(own.addresses[ADVANCE], 0.0, own.free_block, own.free_block, own.result)
         status = int(own.result[0])
-        if status != at.EVENT:
+        if status != at.EVENT or is_at_stop(free):
             return status
         done = act(free, own)
         if done == NOT_KNOWN:
@@ -207,9 +208,9 @@ def act(loop, own):
     change = total_energy(loop, own) - energy
     row[EVENT], row[TIME], row[CHANGE], row[NEXT_FRAME] = event, t, change, loop.counters[at.NEXT_FRAME]
     copy(own.before, row[FIRST_STATE : FIRST_STATE + nq + nv])
-    copy(loop.y[: nq + nv], row[FIRST_STATE + nq + nv :])
-    behind[0] = STRIKES if i < n_stops else SLIPS if was_stuck else STICKS if sticks else TURNS
-    behind[1] = loop.y[nq + nv] + own.sums[0] if loop.sizes[at.NW] > 0 else math.nan
+    copy(loop.y[: nq + nv], row[FIRST_STATE + nq + nv : FIRST_STATE + 2 * (nq + nv)])
+    behind[0] = loop.y[nq + nv] + own.sums[0] if loop.sizes[at.NW] > 0 else math.nan
+    behind[1] = STRIKES if i < n_stops else SLIPS if was_stuck else STICKS if sticks else TURNS
     write_settings(kept, own)
     own.counts[N_LOG] += 1
     own.sums[0] += change

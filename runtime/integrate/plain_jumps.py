@@ -14,7 +14,7 @@ from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.loop import copy
-from symgen.runtime.integrate.plain_events import AHEAD, CLEAR, EPS, fired_alone, has_room, sign
+from symgen.runtime.integrate.plain_events import AHEAD, CLEAR, EPS, fired_alone, has_room, is_at_stop, sign
 
 ADVANCE, EVENTS, RHS = range(3)  # in `addresses`
 N_JUMPS, FIRST_BRANCH, IS_MULTISTEP, LOOKS_FOR_CHOICES, HOLDS_ALL = range(5)  # in `counts`
@@ -27,15 +27,15 @@ class Jumps(NamedTuple):
     Attributes
     ----------
     addresses : ndarray of uint64, shape (3,)
-        The step loop's, and those of kernels that take `p` as it is.
+        The step loop's, and those of kernels that take a precomputed `p`.
     block, result : ndarray
         Of the step loop's `CallBlock`.
     counts : ndarray of int64, shape (5,)
         HOLDS_ALL: whether the loop is the one for branches of which none is 0.
     events : ndarray of int64, shape (n,)
         Which events are jumps.
-    p, branched : ndarray, shape (n_p,)
-        Parameters, and scratch for the same with branches.
+    p, branched : ndarray
+        Precomputed `p`, and scratch for the same with branches.
     before, after : ndarray, shape (n,)
         Branches.
     values, first, last : ndarray, shape (NE,)
@@ -71,7 +71,7 @@ def advance_over_jumps(loop, own):
     while True:
         call_kernel(own.addresses[ADVANCE], 0.0, own.block, own.block, own.result)
         status = int(own.result[0])
-        if status != at.EVENT or not act(loop, own):
+        if status != at.EVENT or is_at_stop(loop) or not act(loop, own):
             return status
         if not has_room(last, loop) or needs_another_loop(own):
             return at.RUNNING
