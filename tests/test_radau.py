@@ -17,6 +17,10 @@ from symgen.runtime import load
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.integrate.radau.coefficients import radau, validate
+from symgen.runtime.integrate.radau.coupled import correct_coupled_stages
+from symgen.runtime.integrate.radau.error import set_tolerances
+from symgen.runtime.integrate.radau.stages import retract_positions
+from symgen.runtime.integrate.radau.work import COUPLED, PATIENCE, STAGES, radau_work
 from symgen.runtime.loop_arrays import LoopArrays
 
 ROOT = Path(__file__).parents[1]
@@ -214,6 +218,46 @@ def test_stiff_van_der_pol_oscillator(name):
     )
     assert np.abs(arrays.y[:2] - oracle.y[:, -1]).max() < 1e-6
     assert arrays.counters[at.STEPS] < len(oracle.t) / 3
+
+
+@pytest.mark.parametrize(("name", "most"), [("radau5", 350), ("radau9", 100), ("radau13", 120)])
+@pytest.mark.parametrize(("k", "damping"), [(1e7, 0.7), (3e8, 0.3), (1e10, 1.5)])
+def test_steps_of_a_turning_stiff_spring_are_those_of_its_swing(name, most, k, damping):
+    """Newton with one matrix for all stages took 2.6 k^(1/3) = 550 steps and more of the stiffer ones."""
+    system = load(ROOT / "generated" / "damped_spring_pendulum.py")
+    p = {"k": k, "c": 2.0 * damping * np.sqrt(k)}
+    oracle = finished(loop(system, "taylor", t_end=2.0, rtol=1e-12, atol=1e-14, p=p), 2.0)
+    arrays = finished(loop(system, name, t_end=2.0, rtol=1e-6, atol=1e-8, p=p), 2.0)
+    assert np.abs(arrays.y[:4] - oracle.y[:4]).max() < 3e-5
+    assert arrays.counters[at.STEPS] < most
+    assert arrays.counters[COUPLED]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_stages_stay_uncoupled_where_that_gains_nothing(name):
+    """Van der Pol's coordinate is one, and the oscillator's force a straight line: nothing turns."""
+    for fixed, t_end in (("van_der_pol", 20.0), ("oscillator", 20.0)):
+        arrays = finished(loop(fixture(fixed), name, t_end=t_end, rtol=1e-6), t_end)
+        assert not arrays.counters[COUPLED] and not arrays.counters[PATIENCE], fixed
+
+
+@pytest.mark.parametrize("n_stages", N_STAGES)
+def test_newton_of_coupled_stages_is_quadratic(n_stages):
+    """Each correction leaves the square of the last, which holds for the right derivatives only."""
+    arrays = loop(fixture("stiff_bushing"), f"radau{2 * n_stages - 1}", t_end=1.0)
+    method, record, h = arrays.coefficients, arrays.loop(), 0.01
+    w = radau_work(method, record.sizes, record.work)
+    record.y[3:6] = 0.5, -0.3, 2.0
+    w.states[STAGES:] = 0.0
+    set_tolerances(method, record, w)
+    retract_positions(method, h, record.sizes, record.y, w)
+    sizes = []
+    for _ in range(8):
+        status, size = correct_coupled_stages(method, h, record, 0.0, w)
+        assert status == at.RUNNING
+        sizes.append(size)
+    print(sizes)
+    assert sizes[-1] < 1e-6 * sizes[0]
 
 
 # Events and calls
