@@ -220,16 +220,16 @@ def test_stiff_van_der_pol_oscillator(name):
     assert arrays.counters[at.STEPS] < len(oracle.t) / 3
 
 
-@pytest.mark.parametrize(("name", "most"), [("radau5", 350), ("radau9", 100), ("radau13", 120)])
-@pytest.mark.parametrize(("k", "damping"), [(1e7, 0.7), (3e8, 0.3), (1e10, 1.5)])
-def test_steps_of_a_turning_stiff_spring_are_those_of_its_swing(name, most, k, damping):
-    """Newton with one matrix for all stages took 2.6 k^(1/3) = 550 steps and more of the stiffer ones."""
+@pytest.mark.parametrize("name", NAMES[1:])
+@pytest.mark.parametrize(("k", "damping"), [(1e7, 0.7), (3e8, 0.3), (2e9, 1.0)])
+def test_steps_of_a_turning_stiff_spring_are_those_of_its_swing(name, k, damping):
+    """With the matrix of the start of a step for all stages, Newton needs up to 900 steps, the stiffer the more."""
     system = load(ROOT / "generated" / "damped_spring_pendulum.py")
     p = {"k": k, "c": 2.0 * damping * np.sqrt(k)}
     oracle = finished(loop(system, "taylor", t_end=2.0, rtol=1e-12, atol=1e-14, p=p), 2.0)
     arrays = finished(loop(system, name, t_end=2.0, rtol=1e-6, atol=1e-8, p=p), 2.0)
     assert np.abs(arrays.y[:4] - oracle.y[:4]).max() < 3e-5
-    assert arrays.counters[at.STEPS] < most
+    assert arrays.counters[at.STEPS] < 120
     assert arrays.counters[COUPLED]
 
 
@@ -246,7 +246,7 @@ def test_newton_of_coupled_stages_is_quadratic(n_stages):
     """Each correction leaves the square of the last, which holds for the right derivatives only."""
     arrays = loop(fixture("stiff_bushing"), f"radau{2 * n_stages - 1}", t_end=1.0)
     method, record, h = arrays.coefficients, arrays.loop(), 0.01
-    w = radau_work(method, record.sizes, record.work)
+    w = radau_work.py_func(method, record.sizes, record.work)
     record.y[3:6] = 0.5, -0.3, 2.0
     w.states[STAGES:] = 0.0
     set_tolerances(method, record, w)
@@ -256,7 +256,6 @@ def test_newton_of_coupled_stages_is_quadratic(n_stages):
         status, size = correct_coupled_stages(method, h, record, 0.0, w)
         assert status == at.RUNNING
         sizes.append(size)
-    print(sizes)
     assert sizes[-1] < 1e-6 * sizes[0]
 
 

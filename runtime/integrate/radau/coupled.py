@@ -18,11 +18,12 @@ from symgen.runtime.integrate.jacobian import acceleration_jacobian
 from symgen.runtime.integrate.linear import lu_factor, lu_solve
 from symgen.runtime.integrate.radau.stages import evaluate_stage, retract_positions
 from symgen.runtime.integrate.radau.work import (
-    AGAINST,
     COUPLED,
+    CREDIT,
     F_STAGES,
     H_UNCOUPLED,
     HAVE_FACTORS,
+    HELD_BACK,
     PATIENCE,
     SCALE,
     STAGES,
@@ -30,10 +31,12 @@ from symgen.runtime.integrate.radau.work import (
 )
 
 # How many more steps speak against uncoupled stages than for them before they are coupled, in costs of a coupled step,
-# and by how much more after each return; how many against coupled ones; how many a failure of Newton counts for.
-_TRIAL, _PATIENCE, _ENOUGH_COUPLED, _FAILURE = 4, 4, 2, 3
-# Steps that become longer by this are growing.
-_GROWING = 2.0
+# and by how much more after each return; how many a failure of Newton counts for.
+_TRIAL, _PATIENCE, _FAILURE = 8, 4, 3
+# What coupled steps may cost beyond what they bring in, at first and at most, in costs of one.
+_CREDIT, _MOST_CREDIT = 2.0, 8.0
+# Newton holds back a step that could be so many times as long.
+_MUCH = 2.0
 # Iterations of a step, coupled and not.
 _COUPLED_ITERATIONS, _UNCOUPLED_ITERATIONS = 3.5, 5.0
 
@@ -132,10 +135,22 @@ def relative_cost(method, sizes):
 
 
 @jitted
-def count_failure(loop):
-    """Let a failure of Newton speak against uncoupled stages."""
-    if not loop.counters[COUPLED]:
-        loop.counters[AGAINST] += _FAILURE
+def count_failure(loop, w):
+    """Let a failure of Newton speak against the stages as they are."""
+    if loop.counters[COUPLED]:
+        w.numbers[CREDIT] -= 1.0
+        if w.numbers[CREDIT] < 0.0:
+            uncouple(loop, w)
+    else:
+        loop.counters[HELD_BACK] += _FAILURE
+
+
+@jitted
+def uncouple(loop, w):
+    """Return to uncoupled stages, and to the steps that they had; the next try will be later."""
+    loop.counters[COUPLED], loop.counters[HELD_BACK], loop.counters[HAVE_FACTORS] = 0, 0, 0
+    loop.counters[PATIENCE] = max(1, loop.counters[PATIENCE]) * _PATIENCE
+    loop.control[at.H] = min(loop.control[at.H], w.numbers[H_UNCOUPLED])
 
 
 @jitted
@@ -144,21 +159,21 @@ def choose_coupling(method, h, by_error, h_next, loop, w):
 
     Uncoupled stages are given up where again and again the error would let steps be `by_error` long and Newton holds
     them back, or fails (`count_failure`). How long they would become, the error does not tell, in which Newton's
-    remainder has a part: so it is tried. Coupled stages are given up where steps neither grow nor are as long as they
-    cost; each such return makes the next try later.
+    remainder has a part: so it is tried, on credit. A coupled step costs one unit, and brings in what part it is of the
+    way that uncoupled ones would have made for its cost; where the credit is gone, stages are uncoupled.
     """
-    if not loop.counters[COUPLED]:
-        against = by_error > _GROWING * h_next
-    else:
-        worth = relative_cost(method, loop.sizes) * w.numbers[H_UNCOUPLED]
-        against = h_next < worth and h_next < _GROWING * h
-    loop.counters[AGAINST] = loop.counters[AGAINST] + 1 if against else max(0, loop.counters[AGAINST] - 1)
-    if loop.counters[COUPLED] and loop.counters[AGAINST] >= _ENOUGH_COUPLED:
-        loop.counters[COUPLED], loop.counters[AGAINST], loop.counters[HAVE_FACTORS] = 0, 0, 0
-        loop.counters[PATIENCE] = max(1, loop.counters[PATIENCE]) * _PATIENCE
-    elif not loop.counters[COUPLED] and loop.counters[AGAINST] >= _TRIAL * max(1, loop.counters[PATIENCE]):
-        if loop.counters[AGAINST] >= _TRIAL * relative_cost(method, loop.sizes) * max(
-            1, loop.counters[PATIENCE]
-        ):
-            loop.counters[COUPLED], loop.counters[AGAINST], loop.counters[HAVE_FACTORS] = 1, 0, 0
-            w.numbers[H_UNCOUPLED] = h
+    if loop.counters[COUPLED]:
+        worth = h / (relative_cost(method, loop.sizes) * w.numbers[H_UNCOUPLED])
+        w.numbers[CREDIT] = min(_MOST_CREDIT, w.numbers[CREDIT] + worth - 1.0)
+        if w.numbers[CREDIT] < 0.0:
+            uncouple(loop, w)
+        return
+    held_back = by_error > _MUCH * h_next
+    loop.counters[HELD_BACK] = (
+        loop.counters[HELD_BACK] + 1 if held_back else max(0, loop.counters[HELD_BACK] - 1)
+    )
+    enough = _TRIAL * max(1, loop.counters[PATIENCE])
+    if loop.counters[HELD_BACK] >= enough:
+        if loop.counters[HELD_BACK] >= enough * relative_cost(method, loop.sizes):
+            loop.counters[COUPLED], loop.counters[HELD_BACK], loop.counters[HAVE_FACTORS] = 1, 0, 0
+            w.numbers[H_UNCOUPLED], w.numbers[CREDIT] = h, _CREDIT

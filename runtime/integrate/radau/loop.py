@@ -309,8 +309,8 @@ def shrink_step(cause, h, loop, w):
     if cause != at.SINGULAR_MATRIX and w.numbers[OVERSHOOT] > 0.0:
         rest = 4.0 + MAX_ITERATIONS - 1.0 - w.numbers[ITERATIONS]
         factor = 0.8 * max(1e-4, min(20.0, w.numbers[OVERSHOOT])) ** (-1.0 / rest)
-    count_failure(loop)
     loop.control[at.H] = h * factor
+    count_failure(loop, w)
     loop.counters[at.LAST_REJECTED] = 1
     loop.counters[at.REJECTED] += 1
     loop.counters[HAVE_FACTORS] = 0

@@ -17,7 +17,7 @@ from symgen.runtime.integrate.newton import (
 )
 from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at
 from symgen.runtime.integrate.radau.coupled import count_failure
-from symgen.runtime.integrate.radau.work import ITERATIONS, LAST_RATE, NEWTON_BOUND, SCALE
+from symgen.runtime.integrate.radau.work import COUPLED, ITERATIONS, LAST_RATE, NEWTON_BOUND, SCALE
 
 # Corrections below this many times the round-off of positions, that no longer shrink, are taken for it.
 ROUND_OFF = 4.0
@@ -89,7 +89,8 @@ def solve_stages(equations, method, h, loop, t, w):
         if size <= ROUND_OFF * round_off(method, h, loop.sizes, loop.y, w):
             verdict = CONVERGED
             w.numbers[RATE] = rate
-            count_failure(loop)
+            if not loop.counters[COUPLED]:
+                count_failure(loop, w)
     w.numbers[ITERATIONS] = iteration
     # One iteration tells nothing of the rate: what was known of it fades, or steps would never grow again.
     w.numbers[LAST_RATE] = w.numbers[RATE] if iteration > 1 else _FADING * w.numbers[LAST_RATE]

@@ -12,16 +12,16 @@ from symgen.runtime.integrate.newton import N_MONITOR
 from symgen.runtime.integrate.quaternions import n_quaternions
 
 # Counters of this family: whether work holds a Jacobian, one of the present state, factors; whether `dense` and
-# ERROR_OLD are those of the step before; whether stages are coupled, how many steps in a row speak against that they
-# are or are not, and how many it takes (see `coupled.py`).
-HAVE_JACOBIAN, JACOBIAN_IS_FRESH, HAVE_FACTORS, HAVE_HISTORY, COUPLED, AGAINST, PATIENCE = range(16, 23)
+# ERROR_OLD are those of the step before; whether stages are coupled, how many steps speak against that they are not,
+# and how many times more of them than at first it takes (see `coupled.py`).
+HAVE_JACOBIAN, JACOBIAN_IS_FRESH, HAVE_FACTORS, HAVE_HISTORY, COUPLED, HELD_BACK, PATIENCE = range(16, 23)
 
 # `numbers` of the work arrays: Newton's monitor, then these.
-FACTORED_FOR, NEWTON_BOUND, ITERATIONS, LAST_RATE, H_UNCOUPLED = range(N_MONITOR, N_MONITOR + 5)
-N_NUMBERS = N_MONITOR + 5
+FACTORED_FOR, NEWTON_BOUND, ITERATIONS, LAST_RATE, H_UNCOUPLED, CREDIT = range(N_MONITOR, N_MONITOR + 6)
+N_NUMBERS = N_MONITOR + 6
 
-# Rates of the largest models whose stages may be coupled: a matrix of 7 stages has 50 000 numbers then.
-MOST_COUPLED = 32
+# Rates of the largest models whose stages may be coupled: of larger ones the matrix costs more than steps gain.
+MOST_COUPLED = 10
 
 
 # Rows of `states` and of `rows`, where those of the stages begin; rows of `real_vectors`, of `pairs`.
