@@ -16,7 +16,6 @@ from hypothesis import strategies as st
 from symgen.runtime.code import compiler, engine
 from symgen.runtime.code import lower as straight_line
 from symgen.runtime.code.function_text import FunctionText, Lengths
-from symgen.runtime.code.llvm_text import table
 from symgen.runtime.code.modules import lower_function, lower_kernel, lower_lanes, lower_setup
 from symgen.runtime.code.parse import MATH_FUNCTIONS
 from symgen.runtime.errors import ModuleError
@@ -504,39 +503,6 @@ def test_rows_are_done_several_passes_at_a_time():
     for text, wide in ((apart, 2), (beside, 1)):
         ir = lower_function(FunctionText("rhs", whole + text, Lengths(1, 1, 1)), "kernel").ir
         assert len(re.findall(r"define internal void @\S+\.8\(", ir)) == wide, text
-
-
-@pytest.mark.parametrize("count", [4, 13, 29])
-@pytest.mark.parametrize("step, far", [(1, 1.0), (3, 1.0), (3, 1e12)])
-def test_sines_of_a_loop_are_found_several_at_a_time(step, far, count):
-    """Within a unit in the last place of the true ones, and the same for equal angles in whatever pass."""
-    index = f"2 + {step}*k" if step > 1 else "2 + k"
-    text = (
-        f"def rhs(t, y, p, out):\n    'Sines.'\n    w0 = [0.0]*{2 * count}\n    for k in range({count}):\n"
-        f"        x0 = y[{index}]\n        w0[k] = y[0]*sin(x0)\n        w0[{count} + k] = cos(x0)\n"
-        f"    for k in range({2 * count}):\n        out[k] = w0[k]\n"
-    )
-    lengths = Lengths(2 + step * count, 1, 2 * count)
-    ir = lower_function(FunctionText("rhs", text, lengths), "kernel").ir
-    assert re.search(r"define internal void @\S+\.4\(", ir)
-    run = machine_function(text, lengths)
-    y = far * np.random.default_rng(count).normal(size=2 + step * count)
-    y[0] = 1.0
-    found = np.array(evaluate(run, 0.0, y, np.zeros(1), 2 * count)).reshape(2, count)
-    angles = y[2::step]
-    for values, true in zip(
-        found, (np.sin(angles.astype(np.longdouble)), np.cos(angles.astype(np.longdouble)))
-    ):
-        assert (np.abs(values - true) <= np.spacing(np.abs(true).astype(float))).all()
-    y[2::step] = far * 0.7
-    found = np.array(evaluate(run, 0.0, y, np.zeros(1), 2 * count)).reshape(2, count)
-    assert (found == found[:, :1]).all()
-
-
-def test_long_entries_of_tables_are_kept_whole():
-    """Entries of large models' dense matrices are longer than 32 bits."""
-    for largest, kind in ((2**31 - 1, "i32"), (2**31, "i64")):
-        assert f"[2 x {kind}]" in table("I0", (0, largest))
 
 
 @pytest.mark.parametrize("lanes, divisions", [(0, 4), (1, 2), (8, 2)])

@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from symgen.runtime.code.dense_ldl import BLOCK, Writer, subtract_rows
-from symgen.runtime.code.llvm_text import LARGEST_NARROW
 
 SOLVERS = {"factor_fronts": 1, "solve_fronts": 2}  # and how many arrays their calls begin with
 LARGEST_WRITTEN_OUT = 8  # rows of a front
@@ -98,8 +97,6 @@ def check(table: Sequence[int], n: int, n_values: int, n_rows: int | None = None
     """
     if not 1 <= n <= len(table):
         return f"it has no {n} fronts"
-    if max(table) > LARGEST_NARROW:
-        return f"{max(table)} stands in it, and no array is so long"
     for k in range(n):
         record = table[table[k] : table[k] + RECORD]
         if len(record) < RECORD:
@@ -164,7 +161,7 @@ class _Pass:
         passed = ", ".join(f"ptr %{array}" for array in self.arrays)
 
         def body(k: str, sums: list[str]) -> list[str]:
-            record = _record(w, k)
+            record = w.place("%s", w.load("%s", k, "i64"))
             kind = w.add(w.new(f"mul i64 {_at(w, record, 1)}, {LARGEST_WRITTEN_OUT + 1}"), _at(w, record, 2))
             name = record[1:]
             cases = [f"i64 {size * (LARGEST_WRITTEN_OUT + 1) + pivots}" for size, pivots in kinds]
@@ -208,19 +205,8 @@ def _label(kind: tuple[int, int] | None) -> str:
     return ".any" if kind is None else f".{kind[0]}.{kind[1]}"
 
 
-def _place(w: Writer, numbers: str, k: str | int) -> str:
-    """The place of a number of the table."""
-    return w.new(f"getelementptr inbounds i32, ptr {numbers}, i64 {k}")
-
-
-def _at(w: Writer, numbers: str, k: str | int) -> str:
-    """A number of the table."""
-    return w.new(f"zext i32 {w.new(f'load i32, ptr {_place(w, numbers, k)}, align 4')} to i64")
-
-
-def _record(w: Writer, k: str) -> str:
-    """The place of a front's record."""
-    return _place(w, "%s", _at(w, "%s", k))
+def _at(w: Writer, record: str, k: int) -> str:
+    return w.load(record, str(k), "i64")
 
 
 def _times(w: Writer, a: str, b: str) -> str:
@@ -299,14 +285,14 @@ class _Factor(_Pass):
         ratio = w.loop(0, blocked, BLOCK, eliminate(BLOCK), ("%carried",))[0]
         ratio = w.loop(blocked, pivots, 1, eliminate(1), (ratio,))[0]
         above, width = (_at(w, "%r", k) for k in (3, 4))
-        numbers = _place(w, "%r", w.add(w.sub(size, pivots), RECORD))
+        numbers = w.place("%r", w.add(w.sub(size, pivots), RECORD))
 
         def add_row(i: str, _sums: list[str]) -> None:
-            row = w.add(above, _times(w, _at(w, numbers, i), width))
+            row = w.add(above, _times(w, w.load(numbers, i, "i64"), width))
             own = w.add(f, _times(w, i, size))
 
             def add(j: str, _sums: list[str]) -> None:
-                place = w.add(row, _at(w, numbers, j))
+                place = w.add(row, w.load(numbers, j, "i64"))
                 total = w.new(f"fadd double {w.load('%a', place)}, {w.load('%a', w.add(own, j))}")
                 w.store(total, "%a", place)
 
@@ -316,7 +302,7 @@ class _Factor(_Pass):
         return ratio
 
     def end(self, w: Writer, n: int, result: str) -> None:
-        record = _record(w, str(n - 1))
+        record = w.place("%s", w.load("%s", str(n - 1), "i64"))
         f, size, pivots = (_at(w, record, k) for k in range(3))
         w.store(result, "%a", w.add(w.add(f, _times(w, size, size)), pivots))
 
@@ -339,16 +325,16 @@ class _Forward(_Pass):
 
     def any_front(self, w: Writer) -> str:
         f, size, pivots = (_at(w, "%r", k) for k in range(3))
-        numbers = _place(w, "%r", RECORD)
+        numbers = w.place("%r", str(RECORD))
 
         def eliminate(p: str, _sums: list[str]) -> None:
             row = w.add(f, _times(w, p, size))
-            here = _at(w, numbers, p)
+            here = w.load(numbers, p, "i64")
             z = w.fmul(w.load("%a", w.add(row, p)), w.load("%b", here))
             w.store(z, "%b", here)
 
             def update(i: str, _sums: list[str]) -> None:
-                place = _at(w, numbers, i)
+                place = w.load(numbers, i, "i64")
                 change = w.fmul(w.load("%a", w.add(row, i)), z)
                 w.store(w.fsub(w.load("%b", place), change), "%b", place)
 
@@ -377,17 +363,17 @@ class _Backward(_Pass):
 
     def any_front(self, w: Writer) -> str:
         f, size, pivots = (_at(w, "%r", k) for k in range(3))
-        numbers = _place(w, "%r", RECORD)
+        numbers = w.place("%r", str(RECORD))
 
         def substitute(p: str, _sums: list[str]) -> None:
             row = w.add(f, _times(w, p, size))
 
             def add(i: str, sums: list[str]) -> list[str]:
-                term = w.fmul(w.load("%a", w.add(row, i)), w.load("%b", _at(w, numbers, i)))
+                term = w.fmul(w.load("%a", w.add(row, i)), w.load("%b", w.load(numbers, i, "i64")))
                 return [w.new(f"fadd double {sums[0]}, {term}")]
 
             z = w.loop(w.sub(size, 1), p, -1, add, ("0.0",))[0]
-            here = _at(w, numbers, p)
+            here = w.load(numbers, p, "i64")
             w.store(w.fsub(w.load("%b", here), w.fmul(w.load("%a", w.add(row, p)), z)), "%b", here)
 
         w.loop(w.sub(pivots, 1), -1, -1, substitute)

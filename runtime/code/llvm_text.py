@@ -57,25 +57,10 @@ def loop(
     )
 
 
-LARGEST_NARROW = (1 << 31) - 1
-
-
 def table(name: str, entries: tuple[int, ...]) -> str:
-    """Return the IR of a constant array of integers, and of a function `i64 name.at(i64 k)` that reads it.
-
-    Half as long numbers, where they suffice, are read in less time: tables of large models do not fit the caches.
-    """
-    kind = "i32" if max(entries) <= LARGEST_NARROW else "i64"
-    listed = ", ".join(f"{kind} {entry}" for entry in entries)
-    widened = "%entry" if kind == "i64" else "%wide"
-    widen = "" if kind == "i64" else f"%wide = zext {kind} %entry to i64\n"
-    return f"""@{name} = internal constant [{len(entries)} x {kind}] [{listed}], align 8
-define internal i64 @{name}.at(i64 %k) alwaysinline nounwind {{
-%place = getelementptr inbounds {kind}, ptr @{name}, i64 %k
-%entry = load {kind}, ptr %place, align 4
-{widen}ret i64 {widened}
-}}
-"""
+    """Return the IR of a constant array of integers."""
+    listed = ", ".join(f"i64 {entry}" for entry in entries)
+    return f"@{name} = internal constant [{len(entries)} x i64] [{listed}], align 8\n"
 
 
 def number_table(name: str, entries: list[float]) -> str:

@@ -8,7 +8,7 @@ rest, which finds those values in an array (body).
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Container, Iterator
+from collections.abc import Iterator
 from typing import NoReturn
 
 from symgen.runtime.code import dense_ldl, front_ldl
@@ -135,20 +135,15 @@ class StraightLine:
     def _sincos(self, angle: str) -> tuple[str, str]:
         """Sine and cosine of an angle, which are found together."""
         if angle not in self._pairs:
-            pair = self._call_sincos(angle, self.lanes)
-            kind = f"{{{self.number}, {self.number}}}"
-            first, second = (self._value(f"extractvalue {kind} {pair}, {k}") for k in (0, 1))
+            text, declared = lanes_sincos("symgen.sincos", self.lanes)
+            self.solvers["symgen.sincos"] = text
+            self.solvers |= {line: f"{line}\n" for line in declared}
+            kind, pair = self.number, f"%pair{self._n_values}"
+            self._lines.append(f"{pair} = call {{{kind}, {kind}}} @symgen.sincos({kind} {angle})")
+            first, second = (self._value(f"extractvalue {{{kind}, {kind}}} {pair}, {k}") for k in (0, 1))
             self._pairs[angle] = first, second
         first, second = self._pairs[angle]
         return self.reuse(first), self.reuse(second)
-
-    def _call_sincos(self, angles: str, lanes: int) -> str:
-        """Call the function of so many angles at once; returns the name of the pair of vectors."""
-        name, kind, pair = f"symgen.{lanes}.sincos", lanes_type(lanes), f"%pair{self._n_values}"
-        self.solvers[name], declared = lanes_sincos(name, lanes)
-        self.solvers |= {line: f"{line}\n" for line in declared}
-        self._lines.append(f"{pair} = call {{{kind}, {kind}}} @{name}({kind} {angles})")
-        return pair
 
     def constant(self, value: float) -> str:
         """Return a number as this code writes it."""
@@ -229,7 +224,8 @@ class StraightLine:
         offset = str(index.first)
         if index.table:
             self.tables.add(index.table)
-            write(f"{name}.i = call i64 @{index.table}.at(i64 %k)")
+            write(f"{name}.t = getelementptr inbounds i64, ptr @{index.table}, i64 %k")
+            write(f"{name}.i = load i64, ptr {name}.t, align 8")
             offset = f"{name}.i"
             if index.first:
                 write(f"{name}.s = add nuw nsw i64 {offset}, {index.first}")
@@ -366,51 +362,14 @@ class SideBySide(StraightLine):
         self._arguments["t"] = "double"  # which is not read
 
     def _loading(self, address: str, index: Place) -> str:
-        if index.step == 1:
+        if index.step:
             return super()._loading(address, index)
         self._lines.append(f"{address}.one = load double, ptr {address}, align 8")
-        if not index.step:
-            first = f"{address}.first"
-            self._lines.append(f"{first} = insertelement {self.number} poison, double {address}.one, i64 0")
-            zeros = f"<{self.lanes} x i32> zeroinitializer"
-            return f"shufflevector {self.number} {first}, {self.number} poison, {zeros}"
-        found = f"insertelement {self.number} poison, double {address}.one, i64 0"
-        for lane in range(1, self.lanes):
-            self._lines += [
-                f"{address}.{lane - 1} = {found}",
-                f"{address}.at{lane} = getelementptr inbounds double, ptr {address}, i64 {lane * index.step}",
-                f"{address}.one{lane} = load double, ptr {address}.at{lane}, align 8",
-            ]
-            found = (
-                f"insertelement {self.number} {address}.{lane - 1}, double {address}.one{lane}, i64 {lane}"
-            )
-        return found
-
-
-class LeftOver(StraightLine):
-    """The body of a loop for a pass of those that are left over: its sines have the bits of the others."""
-
-    def call(self, function: str, arguments: list[str]) -> str:
-        if function not in ("sin", "cos"):
-            return super().call(function, arguments)
-        return self._sincos(arguments[0])[function == "cos"]
-
-    def _call_sincos(self, angles: str, lanes: int) -> str:
-        width, number, name = min(_WIDTHS), self.number, f"%angle{self._n_values}"
-        kind = lanes_type(width)
-        self._lines += [
-            f"{name}.first = insertelement {kind} poison, {number} {angles}, i64 0",
-            f"{name} = shufflevector {kind} {name}.first, {kind} poison, <{width} x i32> zeroinitializer",
-        ]
-        pair, both = super()._call_sincos(name, width), "poison"
-        for k in (0, 1):
-            self._lines += [
-                f"{pair}.all{k} = extractvalue {{{kind}, {kind}}} {pair}, {k}",
-                f"{pair}.own{k} = extractelement {kind} {pair}.all{k}, i64 0",
-                f"{pair}.both{k} = insertvalue {{{number}, {number}}} {both}, {number} {pair}.own{k}, {k}",
-            ]
-            both = f"{pair}.both{k}"
-        return both
+        first = f"{address}.first"
+        self._lines.append(f"{first} = insertelement {self.number} poison, double {address}.one, i64 0")
+        return (
+            f"shufflevector {self.number} {first}, {self.number} poison, <{self.lanes} x i32> zeroinitializer"
+        )
 
 
 _WIDTHS = (8, 4)  # passes of a loop that are made at once
@@ -694,7 +653,7 @@ class Lowering(ExpressionLowering):
         for width in (*_WIDTHS, 1):
             passes = range(start, loop.count - (loop.count - start) % width, width)
             if passes:
-                wide = SideBySide(arguments, width) if width > 1 else LeftOver(arguments)
+                wide = SideBySide(arguments, width) if width > 1 else StraightLine(arguments)
                 body = self._body(loop, wide)
                 if start:
                     body.operations = 0  # they are counted already
@@ -704,42 +663,33 @@ class Lowering(ExpressionLowering):
         self._outer_code, self._outer, self._step = None, {}, 0
 
     def _may_go_side_by_side(self, loop: Loop) -> bool:
-        """Whether passes of a loop know nothing of each other, and find their numbers side by side or all the same.
-
-        For sines, which take longer than all else, numbers are also gathered from places that lie apart.
-        """
+        """Whether passes of a loop know nothing of each other, and find their numbers side by side or all the same."""
         if self._lanes or loop.count < min(_WIDTHS):
             return False
         if not all(type(x) is Write or (type(x) is Name and not x.held) for x in loop.body):
             return False
         named = {x.node for x in loop.body if type(x) is Name}
         found = self._nodes.reachable([x.node for x in loop.body])
-        steps = {0, 1} if not {"sin", "cos"} & {self._nodes.op[node] for node in found} else range(LARGEST)
-        if not all(
-            self._is_plain(node, steps) and (node in named or node not in self._outer) for node in found
-        ):
+        if not all(self._is_plain(node) and (node in named or node not in self._outer) for node in found):
             return False
         writes = [(x.array, x.place) for x in loop.body if type(x) is Write]
         touched = [*writes, *(read for x in loop.body for read in x.reads)]
-        written_to = {array for array, _ in writes}
-        if any(place.step not in (0, 1) and array in written_to for array, place in touched):
-            return False
         return all(place.step == 1 and not place.table for _, place in writes) and all(
             array != other or _apart(place, written, loop.count)
             for array, place in touched
             for other, written in writes
         )
 
-    def _is_plain(self, node: int, steps: Container[int]) -> bool:
-        """Whether a node is a sum, product or sine, a number, or an element whose place goes along with `k` so."""
+    def _is_plain(self, node: int) -> bool:
+        """Whether a node is a sum or product, a number, or an element whose place goes along with `k` or stays."""
         op, args = self._nodes.op[node], self._nodes.args[node]
         if op != "var":
-            return op in ("const", "neg", "sin", "cos", *_INSTRUCTIONS)
+            return op in ("const", "neg", *_INSTRUCTIONS)
         kind, index = args
         if kind in (T, HELD):
             return False
         place = index[1] if kind == ELEMENT else index
-        return not place.table and place.step in steps
+        return not place.table and place.step in (0, 1)
 
 
 def _apart(place: Place, written: Place, count: int) -> bool:
