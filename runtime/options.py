@@ -269,10 +269,16 @@ def _filling(t_start: float, t_end: float) -> np.ndarray:
     return np.linspace(t_start, t_end, _LEAST_FRAMES + 1)
 
 
+def _among(times: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Return which of the times are among others, which ascend: `np.isin` would import masked arrays."""
+    return others[np.minimum(np.searchsorted(others, times), len(others) - 1)] == times
+
+
 def with_early_frames(times: np.ndarray, shown: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return frames with others, not to be shown, ever more closely towards the start: an event may end a run early."""
-    joined = np.union1d(times, times[0] + (times[-1] - times[0]) * _EARLY)
-    return joined, np.isin(joined, times[shown])
+    joined = np.sort(np.concatenate([times, times[0] + (times[-1] - times[0]) * _EARLY]))
+    joined = joined[np.diff(joined, prepend=-np.inf) > 0.0]
+    return joined, _among(joined, times[shown])
 
 
 def checked_frames(times: np.ndarray, shown: np.ndarray, t_start: float, t_end: float) -> np.ndarray:
@@ -291,7 +297,7 @@ def checked_frames(times: np.ndarray, shown: np.ndarray, t_start: float, t_end: 
     """
     if np.count_nonzero(shown) > _LEAST_FRAMES:
         return shown
-    more = shown | np.isin(times, _filling(t_start, t_end))
+    more = shown | _among(times, _filling(t_start, t_end))
     if np.count_nonzero(more) < _FEWEST_CHECKED:
         more = np.ones(len(times), dtype=bool)
     return more

@@ -9,6 +9,7 @@ import pytest
 
 from symgen import Model
 from symgen.runtime import load, solve
+from symgen.runtime.inputs import Table
 
 FIXTURES = Path(__file__).parent / "fixtures"
 METHODS = ("dop853", "dopri5", "rk4", "verlet")
@@ -202,6 +203,22 @@ def test_zeno_where_bounces_vanish_in_round_off(piston):
     solution = solve(piston, 5.0)
     assert solution.status == "zeno"
     assert solution["x"].min() > 0.25 - 1e-9
+
+
+@pytest.mark.parametrize(("direction", "first"), [("both", 1), ("rising", 1), ("falling", 2)])
+@pytest.mark.parametrize("method", ["auto", "dop853", "taylor", "radau5", "bdf"])
+def test_an_input_that_is_held_fires_the_events_that_read_it(direction, first, method):
+    model = Model("clock")
+    model.coordinate("x", start=1.0)
+    u = model.input("u")
+    model.kinetic("dot(x)^2/2")
+    model.potential("x^2/2")
+    model.event("tick", u - 0.5, direction=direction)
+    table = Table(0.5 * np.arange(11), np.arange(11) % 2, kind="hold")
+    run = model.derive().run(5.25, inputs={"u": table}, method=method)
+    every = 1 if direction == "both" else 2
+    assert times(run, "tick") == pytest.approx([0.5 * k for k in range(first, 11, every)])
+    assert run.ok
 
 
 @pytest.mark.parametrize("direction", ["both", "falling"])

@@ -424,7 +424,7 @@ def test_springs_and_ropes_are_drawn():
         ('length = "l"', 'length = "dot(x)"', "springs.strut length", "cannot depend on a rate"),
         ('stiffness = "k"', 'stiffness = "l"', "springs.strut stiffness", "units do not match"),
         ('stiffness = "k"', 'stiffness = "k*x"', "springs.strut stiffness", "cannot depend on a coordinate"),
-        ('"wall", "hook"', '"wall", "hok"', "springs.strut points[1], element 1", "did you mean 'hook_x'"),
+        ('"wall", "hook"', '"wall", "hok"', "springs.strut points, element 2", "did you mean 'hook'"),
         ('"wall", "hook"', '"wall"', "springs.strut points", "2 components"),
         ('length = "l"', 'length = "l"\nangle = "x"', "springs.strut points", "give one of the two"),
         ('"pull"', '"pul"', "springs.rope acts", "did you mean 'pull'"),

@@ -220,14 +220,14 @@ def test_stiff_van_der_pol_oscillator(name):
     assert arrays.counters[at.STEPS] < len(oracle.t) / 3
 
 
-@pytest.mark.parametrize("name", NAMES[1:])
+@pytest.mark.parametrize(("name", "rtol"), [("radau9", 1e-6), ("radau13", 1e-8)])
 @pytest.mark.parametrize(("k", "damping"), [(1e7, 0.7), (3e8, 0.3), (2e9, 1.0)])
-def test_steps_of_a_turning_stiff_spring_are_those_of_its_swing(name, k, damping):
+def test_steps_of_a_turning_stiff_spring_are_those_of_its_swing(name, rtol, k, damping):
     """With the matrix of the start of a step for all stages, Newton needs up to 900 steps, the stiffer the more."""
     system = load(ROOT / "generated" / "damped_spring_pendulum.py")
     p = {"k": k, "c": 2.0 * damping * np.sqrt(k)}
     oracle = finished(loop(system, "taylor", t_end=2.0, rtol=1e-12, atol=1e-14, p=p), 2.0)
-    arrays = finished(loop(system, name, t_end=2.0, rtol=1e-6, atol=1e-8, p=p), 2.0)
+    arrays = finished(loop(system, name, t_end=2.0, rtol=rtol, atol=1e-2 * rtol, p=p), 2.0)
     assert np.abs(arrays.y[:4] - oracle.y[:4]).max() < 3e-5
     assert arrays.counters[at.STEPS] < 120
     assert arrays.counters[COUPLED]

@@ -23,9 +23,8 @@ if TYPE_CHECKING:
 _FRAMES = 100
 _LIMIT = 0.1  # of the forces that there can be
 _TOLERANCES = 10.0  # of the run, in a force
-_ROUND_OFF = (
-    1e4 * np.finfo(float).eps
-)  # of the largest force that is solved for, in the others: of what nothing presses
+# Of the largest force that is solved for, in the others: a corner that nothing presses may pull by 1e-13 of it.
+_ROUND_OFF = 1e4 * np.finfo(float).eps
 
 
 def held(solution: Solution) -> HealthCheck:

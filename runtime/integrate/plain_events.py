@@ -31,6 +31,9 @@ CLEAR, PART_OF_FLIGHT, AHEAD = 8.0, 1e-2, 1e-6
 ZENO_SHRINKAGE, ZENO_EVENTS = 1e-7, 5
 SURELY_SEEN, LED, PLAINLY = 64.0, 1e-12, 1e-6
 AT_STOP = 64.0 * EPS  # relative: an event as near to where the call ends is acted on with what changes there
+BEGINNING = (
+    32.0 * EPS
+)  # relative, as in `event_actions`: an event as near to the start of a step is where that begins
 
 
 class After(NamedTuple):
@@ -102,7 +105,7 @@ def advance_over_events(loop, after):
     while True:
         call_kernel(after.addresses[ADVANCE], 0.0, after.block, after.block, after.result)
         status = int(after.result[0])
-        if status != at.EVENT or is_at_stop(loop):
+        if status != at.EVENT or is_at_break(loop):
             return status
         done = act(loop, after)
         if done == PILES_UP:
@@ -114,10 +117,15 @@ def advance_over_events(loop, after):
 
 
 @jitted
-def is_at_stop(loop):
-    """Whether an event lies where the call is to end, but for round-off: for Python, which changes inputs there."""
+def is_at_break(loop):
+    """Whether an event lies where the call ends or a step began, but for round-off of time: for Python.
+
+    Inputs change where calls end. What fires where a step begins has jumped there, with an input or with time, and is
+    past zero for good (`event_actions.past_event`).
+    """
     t = loop.control[at.T]
-    return loop.control[at.T_STOP] - t <= AT_STOP * max(abs(loop.control[at.T_START]), abs(t))
+    at_stop = loop.control[at.T_STOP] - t <= AT_STOP * max(abs(loop.control[at.T_START]), abs(t))
+    return at_stop or loop.control[at.H_LAST] <= BEGINNING * abs(t)
 
 
 @jitted

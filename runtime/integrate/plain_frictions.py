@@ -33,7 +33,7 @@ from symgen.runtime.integrate.plain_events import (
     factor,
     fired_alone,
     has_room,
-    is_at_stop,
+    is_at_break,
     sign,
     solve,
 )
@@ -154,7 +154,7 @@ def advance_over_frictions(free, held, own):
         else:
             call_kernel(own.addresses[ADVANCE], 0.0, own.free_block, own.free_block, own.result)
         status = int(own.result[0])
-        if status != at.EVENT or is_at_stop(free):
+        if status != at.EVENT or is_at_break(free):
             return status
         done = act(free, own)
         if done == NOT_KNOWN:

@@ -14,7 +14,7 @@ from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.loop import copy
-from symgen.runtime.integrate.plain_events import AHEAD, CLEAR, EPS, fired_alone, has_room, is_at_stop, sign
+from symgen.runtime.integrate.plain_events import AHEAD, CLEAR, EPS, fired_alone, has_room, is_at_break, sign
 
 ADVANCE, EVENTS, RHS = range(3)  # in `addresses`
 N_JUMPS, FIRST_BRANCH, IS_MULTISTEP, LOOKS_FOR_CHOICES, HOLDS_ALL = range(5)  # in `counts`
@@ -71,7 +71,7 @@ def advance_over_jumps(loop, own):
     while True:
         call_kernel(own.addresses[ADVANCE], 0.0, own.block, own.block, own.result)
         status = int(own.result[0])
-        if status != at.EVENT or is_at_stop(loop) or not act(loop, own):
+        if status != at.EVENT or is_at_break(loop) or not act(loop, own):
             return status
         if not has_room(last, loop) or needs_another_loop(own):
             return at.RUNNING

@@ -85,8 +85,8 @@ class RadauWork(NamedTuple):
 
 @jitted
 def can_couple(sizes):
-    """Whether the stages of such a model may be coupled: there is room for their matrix, and no quaternion."""
-    return sizes[at.NV] <= MOST_COUPLED and n_quaternions(sizes) == 0
+    """Whether the stages of such a model may be coupled: something can turn, they are few, and none is a quaternion."""
+    return 2 <= sizes[at.NV] <= MOST_COUPLED and n_quaternions(sizes) == 0
 
 
 @jitted
