@@ -200,7 +200,9 @@ def test_round_off_of_a_stiff_spring_is_recognised(name):
     assert np.max(np.abs(arrays.y[:4] - exact) / size) < 3e-9
     assert arrays.counters[at.STEPS] < 6000, "fighting round-off takes tens of thousands"
     steps, rejected = arrays.counters[at.STEPS], arrays.counters[at.REJECTED]
-    assert rejected < 0.3 * steps or (arrays.counters[COUPLED] and steps + rejected < 300), "800 uncoupled ones"
+    assert rejected < 0.3 * steps or (arrays.counters[COUPLED] and steps + rejected < 300), (
+        "800 uncoupled ones"
+    )
 
 
 @pytest.mark.parametrize("name", NAMES[1:])
