@@ -199,10 +199,7 @@ def test_round_off_of_a_stiff_spring_is_recognised(name):
     size = np.repeat([data["size"]["q"], data["size"]["v"]], 2)
     assert np.max(np.abs(arrays.y[:4] - exact) / size) < 3e-9
     assert arrays.counters[at.STEPS] < 6000, "fighting round-off takes tens of thousands"
-    steps, rejected = arrays.counters[at.STEPS], arrays.counters[at.REJECTED]
-    assert rejected < 0.3 * steps or (arrays.counters[COUPLED] and steps + rejected < 300), (
-        "800 uncoupled ones"
-    )
+    assert arrays.counters[at.REJECTED] < 0.3 * arrays.counters[at.STEPS]
 
 
 @pytest.mark.parametrize("name", NAMES[1:])

@@ -31,9 +31,8 @@ CLEAR, PART_OF_FLIGHT, AHEAD = 8.0, 1e-2, 1e-6
 ZENO_SHRINKAGE, ZENO_EVENTS = 1e-7, 5
 SURELY_SEEN, LED, PLAINLY = 64.0, 1e-12, 1e-6
 AT_STOP = 64.0 * EPS  # relative: an event as near to where the call ends is acted on with what changes there
-BEGINNING = (
-    32.0 * EPS
-)  # relative, as in `event_actions`: an event as near to the start of a step is where that begins
+# Relative, as in `event_actions`: an event as near to the start of a step is where that begins.
+BEGINNING = 32.0 * EPS
 
 
 class After(NamedTuple):

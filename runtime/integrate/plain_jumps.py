@@ -14,11 +14,19 @@ from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.loop import copy
-from symgen.runtime.integrate.plain_events import AHEAD, CLEAR, EPS, fired_alone, has_room, is_at_break, sign
+from symgen.runtime.integrate.plain_events import (
+    AHEAD,
+    BEGINNING,
+    CLEAR,
+    fired_alone,
+    has_room,
+    is_at_break,
+    sign,
+)
 
 ADVANCE, EVENTS, RHS = range(3)  # in `addresses`
 N_JUMPS, FIRST_BRANCH, IS_MULTISTEP, LOOKS_FOR_CHOICES, HOLDS_ALL = range(5)  # in `counts`
-BEGINNING, BACK, JUMPED = 32.0 * EPS, 1e-6, 1e6  # as in `event_actions.py`
+BACK, JUMPED = 1e-6, 1e6  # as in `event_actions.py`
 
 
 class Jumps(NamedTuple):

@@ -162,6 +162,8 @@ KEEP_JACOBIAN_RATE = 1e-2
 # Steps that Newton keeps short are far more accurate than was asked. Those of coupled stages are as long as the error
 # lets them be, and its estimate is too small where forces have corners: it counts for so many times as much.
 CARE = 10.0
+# Below this tolerance, estimates see the round-off of stiff forces, and every third coupled step is rejected for it.
+FINEST_COUPLED = 1e-10
 # Where Newton contracts more slowly than this, the step must not grow.
 GROW_RATE = 0.1
 
@@ -354,7 +356,8 @@ def accept_radau(equations, method, error, h, loop, w):
     loop.counters[HAVE_HISTORY] = 1
     loop.counters[HAVE_JACOBIAN] = 1 if keep_jacobian else 0
     loop.counters[JACOBIAN_IS_FRESH] = 0
-    if equations.can_couple(loop.sizes) and h > 0.99 * wanted:
+    may_couple = equations.can_couple(loop.sizes) and loop.control[at.RTOL] >= FINEST_COUPLED
+    if may_couple and h > 0.99 * wanted:
         choose_coupling(method, h, min(by_error, longest_step(loop.control)), h_new, loop, w)
 
 
