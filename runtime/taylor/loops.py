@@ -30,7 +30,9 @@ from symgen.runtime.taylor.steps import FIRST_STEP, Steps
 # and more models whose coefficients fit into the first-level cache.
 
 LONGEST_LEAD = 2
-_WIDTHS = (8, 4, 2, 1)
+_WIDEST = 8
+# In a loop over the orders, registers of half the width are faster where there are fewer products than this.
+_MANY_PRODUCTS = 50
 _ACCUMULATORS = 12
 _SMALL_ROUND = 4
 
@@ -42,6 +44,8 @@ class LaneTable:
     ----------
     length : int
         Rows of an array of coefficients.
+    widest : int
+        Lanes of the widest vector.
     known : mapping of series to int, optional
         Arrays that there are already, and that are filled elsewhere.
     fewest_squares : int
@@ -58,9 +62,11 @@ class LaneTable:
     """
 
     def __init__(
-        self, code: Code, plan: Plan, length: int, fewest_squares: int, known: Mapping[int, int] | None = None
-    ) -> None:
-        self.code, self.plan, self.length, self.fewest_squares = code, plan, length, fewest_squares
+        self, code: Code, plan: Plan, length: int, widest: int, fewest_squares: int,
+        known: Mapping[int, int] | None = None,
+    ) -> None:  # fmt: skip
+        self.code, self.plan, self.length, self.widest = code, plan, length, widest
+        self.fewest_squares = fewest_squares
         self.lanes: list[Lanes] = []
         self.uses: dict[int, list[tuple[int, int, int]]] = {}
         self._arrays: dict[tuple[int, tuple[int, ...]], int] = {
@@ -84,7 +90,7 @@ class LaneTable:
                 for pair, node in group.items():
                     self._add(kind, lead, (node,), [pair])
             return
-        for chunk in _rounds(products, factors):
+        for chunk in _rounds(products, factors, self.widest):
             pairs = [pair for _, pair in chunk]
             self._add("product", lead, tuple(node for node, _ in chunk), pairs)
         for kind, group in (("power", powers), ("square", squares)):
@@ -97,10 +103,10 @@ class LaneTable:
         for _, array in list(self._arrays):
             if len(set(array)) == len(array) and all(node in by_second for node in array):
                 yield [by_second.pop(node) for node in array]
-        yield from _chunks([pair for pair in pairs if pair[1] in by_second])
+        yield from _chunks([pair for pair in pairs if pair[1] in by_second], self.widest)
 
     def _add(self, kind: str, lead: int, nodes: tuple[int, ...], pairs: list[tuple[int, int]]) -> None:
-        width = _width(len(pairs))
+        width = _width(len(pairs), self.widest)
         xs, ys = zip(*pairs, strict=True)
         x, y = self._array(width, xs), self._array(width, ys)
         data = self.plan.graph.data
@@ -119,19 +125,22 @@ class LaneTable:
         return self._arrays[width, series]
 
 
-def _width(n: int) -> int:
+def _width(n: int, widest: int) -> int:
     """The width of the vector for `n` products, some of whose lanes may stay empty."""
-    return next((w for w in _WIDTHS if 2 * n > w), 1)
+    width = widest
+    while 2 * n <= width:
+        width //= 2
+    return width
 
 
-def _chunks(items: list) -> Iterator[list]:
+def _chunks(items: list, widest: int) -> Iterator[list]:
     while items:
-        width = _width(len(items))
+        width = _width(len(items), widest)
         yield items[:width]
         items = items[width:]
 
 
-def _rounds(products: list[int], factors: dict[int, tuple[int, int]]) -> Iterator[list]:
+def _rounds(products: list[int], factors: dict[int, tuple[int, int]], widest: int) -> Iterator[list]:
     """Chunks of (product, its factors): the factors used most come first, each of them once a round."""
     uses = Counter(factor for node in products for factor in factors[node])
     rounds: list[list] = []
@@ -146,10 +155,10 @@ def _rounds(products: list[int], factors: dict[int, tuple[int, int]]) -> Iterato
     for items in rounds:
         items.sort(key=lambda item: item[1])
         if len(items) >= _SMALL_ROUND:
-            yield from _chunks(items)
+            yield from _chunks(items, widest)
         else:
             rest += items
-    yield from _chunks(rest)
+    yield from _chunks(rest, widest)
 
 
 def sum_function(code: Code, lanes: list[Lanes], ends: int, name: str, before: Sequence[str] = ()) -> str:
@@ -174,6 +183,15 @@ def sum_function(code: Code, lanes: list[Lanes], ends: int, name: str, before: S
     return "\n".join([*lines, "ret void", "}", ""])
 
 
+def first_of_loop(code: Code, ends: int) -> int:
+    """The first term that the loop over a sum's terms adds; those before and their mirror images follow at its end.
+
+    They have the newest coefficients, each of which has just been stored: before all numbers of a vector have left
+    the processor's store buffer it cannot be loaded, and all terms behind it would wait.
+    """
+    return ends + 1 if ends == 1 and not code.lanes else ends
+
+
 class _SumLoop:
     """A loop over the terms of several lanes of one lead; of squares, x_j x_{n-j} for j below n / 2 only."""
 
@@ -182,12 +200,13 @@ class _SumLoop:
         self.symmetric = group[0].kind == "square"
         self.after = f"after{tag}"
         self._loaded: dict[tuple[int, str], str] = {}
+        self.first = first_of_loop(code, ends)
         kinds = dict.fromkeys((item.width, item.exponents) for item in group if item.kind == "power")
         self._weights = {kind: f"{tag}.e{i}" for i, kind in enumerate(kinds)}
 
     def text(self, before: str) -> list[str]:
         tag, ends = self.tag, self.ends
-        last = f"ashr i64 %below{tag}, 1" if self.symmetric else f"sub i64 %n{tag}, {ends}"
+        last = f"ashr i64 %below{tag}, 1" if self.symmetric else f"sub i64 %n{tag}, {self.first}"
         lines = [
             f"%n{tag} = add i64 %k, {self.lead}",
             f"%below{tag} = sub i64 %n{tag}, 1",
@@ -195,7 +214,7 @@ class _SumLoop:
             *self._first_weights(),
             f"br label %head{tag}",
             f"head{tag}:",
-            f"%j{tag} = phi i64 [{ends}, %{before}], [%next{tag}, %body{tag}]",
+            f"%j{tag} = phi i64 [{self.first}, %{before}], [%next{tag}, %body{tag}]",
         ]
         for i, item in enumerate(self.group):
             kind, t = self.code.vector_type(item.width), f"{tag}.{i}"
@@ -217,6 +236,8 @@ class _SumLoop:
         for i, item in enumerate(self.group):
             lines += self._term(item, f"{tag}.{i}")
         lines += [f"%next{tag} = add i64 %j{tag}, 1", f"br label %head{tag}", f"{self.after}:"]
+        if self.first > ends:
+            lines += [f"%early{tag} = add i64 {ends}, 0", f"%late{tag} = sub i64 %n{tag}, {ends}"]
         if self.symmetric:
             lines += [
                 f"%half{tag} = ashr i64 %n{tag}, 1",
@@ -232,9 +253,11 @@ class _SumLoop:
     def _first_weights(self) -> list[str]:
         lines = [f"%order{self.tag} = sitofp i64 %n{self.tag} to double"]
         for (width, exponents), t in self._weights.items():
-            first = values_text(self.code, width, [self.ends * (e + 1.0) for e in exponents])
+            kind = self.code.vector_type(width)
             lines += splat(self.code, width, f"%order{self.tag}", f"%from{t}")
-            lines.append(f"%first{t} = fsub {self.code.vector_type(width)} {first}, %from{t}")
+            for word, j in (("first", self.first), ("early.w", self.ends)):
+                factors = values_text(self.code, width, [j * (e + 1.0) for e in exponents])
+                lines.append(f"%{word}{t} = fsub {kind} {factors}, %from{t}")
         return lines if self._weights else []
 
     def _load(self, item: Lanes, start: int, index: str, lines: list[str]) -> str:
@@ -254,14 +277,31 @@ class _SumLoop:
         lines.append(f"%more{t} = {fused(self.code, item.width, x, y, f'%sum{t}')}")
         return lines
 
+    def _newest_terms(self, item: Lanes, t: str, lines: list[str]) -> str:
+        """The sum with the terms that the loop leaves out."""
+        kind, total = self.code.vector_type(item.width), f"%sum{t}"
+        for word, other in (("early", "late"), *((("late", "early"),) if not self.symmetric else ())):
+            x, y = self._load(item, item.x, word, lines), self._load(item, item.y, other, lines)
+            if item.kind == "power":
+                weight = self._weights[item.width, item.exponents]
+                # Behind the loop its weight is that of the next term, which is the late one.
+                known = f"%w{weight}" if word == "late" else f"%early.w{weight}"
+                lines.append(f"%{word}{t} = fmul {kind} {known}, {x}")
+                x = f"%{word}{t}"
+            lines.append(f"%{word}.more{t} = {fused(self.code, item.width, x, y, total)}")
+            total = f"%{word}.more{t}"
+        return total
+
     def _store(self, item: Lanes, t: str) -> list[str]:
         kind, lines, total = self.code.vector_type(item.width), [], f"%sum{t}"
+        if self.first > self.ends:
+            total = self._newest_terms(item, t, lines)
         if self.symmetric:
             middle = self._load(item, item.x, "h", lines)
             lines += splat(self.code, item.width, f"%once{self.tag}", f"%times{t}")
             lines += [
                 f"%one{t} = fmul {kind} {middle}, %times{t}",
-                f"%twice{t} = fadd {kind} %sum{t}, %sum{t}",
+                f"%twice{t} = fadd {kind} {total}, {total}",
                 f"%all{t} = {fused(self.code, item.width, f'%one{t}', middle, f'%twice{t}')}",
             ]
             total = f"%all{t}"
@@ -300,7 +340,7 @@ class _Unrolled(Steps):
     def __init__(self, code: Code, plan: Plan, n_y: int, max_order: int, n_rows: int) -> None:
         super().__init__(code, plan, n_y, n_rows)
         self.ends = ends_apart(plan)
-        self.table = LaneTable(code, plan, max_order + LONGEST_LEAD + 1, 1)
+        self.table = LaneTable(code, plan, max_order + LONGEST_LEAD + 1, _WIDEST, 1)
         self._rows: dict[tuple[int, tuple[int, ...], int], Value] = {}
         self._sums: dict[tuple[int, int], list[Value]] = {}
 
@@ -402,10 +442,22 @@ class _Rolled(Steps):
         self._length = max_order + LONGEST_LEAD + 1
         self.ends = ends_apart(plan)
         self.reciprocals = 0 if code.lanes else code.reserve(self._length)
-        self.history = {node: code.reserve(self._length) for node in sorted(plan.kept)}
-        fewest, known = (1, self.history) if code.lanes else (_FEWEST_SQUARES, None)
-        self.table = LaneTable(code, plan, self._length, fewest, known)
+        # Of each series: where it is kept to be read by itself.
+        self._history: dict[int, tuple[int, int, int]] = {}
+        if code.lanes:
+            own = {node: code.reserve(self._length) for node in sorted(plan.kept)}
+            self.table = LaneTable(code, plan, self._length, 1, 1, own)
+        else:
+            self.table = LaneTable(code, plan, self._length, self._widest, _FEWEST_SQUARES)
+            self._history = {node: places.pop() for node, places in self.table.uses.items()}
+            unused = sorted(plan.kept - self._history.keys())
+            own = {node: code.reserve(self._length) for node in unused}
+        self._history |= {node: (start, 1, 0) for node, start in own.items()}
         self._settled: set[tuple[int, int]] = set()
+
+    @property
+    def _widest(self) -> int:
+        return _WIDEST if len(self.plan.convolutions) >= _MANY_PRODUCTS else _WIDEST // 2
 
     def settled(self, node: int) -> None:
         """Keep a coefficient at once: registers are short where each holds that of several members."""
@@ -428,10 +480,15 @@ class _Rolled(Steps):
     def _keep(self, node: int, n: int) -> None:
         self._settled.add((node, n))
         value = self.values[node, n]
-        self.code.keep(self._row(self.history[node], 1, n), value)
+        self.code.keep(self._place(node, n), value)
         if n >= self.ends:
             for start, width, lane in self.table.uses.get(node, ()):
                 self.code.keep(self._row(start + lane, width, n), value)
+
+    def _place(self, node: int, n: int) -> int | str:
+        """Where coefficient n of a series is kept."""
+        start, width, lane = self._history[node]
+        return self._row(start + lane, width, n)
 
     def _row(self, start: int, width: int, n: int) -> int | str:
         """The place of row n of an array in scratch."""
@@ -442,7 +499,7 @@ class _Rolled(Steps):
     def at(self, node: int, n: int) -> Value:
         if n < _ANY // 2 or self.graph.is_constant(node) or (node, n) in self.values:
             return super().at(node, n)
-        value = self.code.load("scratch", self.code.index(self._row(self.history[node], 1, n)))
+        value = self.code.load("scratch", self.code.index(self._place(node, n)))
         self.values[node, n] = value
         return value
 
@@ -545,6 +602,10 @@ class _WrittenOut(_Rolled):
         self._totals: dict[tuple[int, int], str] = {}
         self._vectors: dict[tuple[int, tuple[int, ...], int], str] = {}
 
+    @property
+    def _widest(self) -> int:
+        return _WIDEST
+
     def _breathe(self) -> None:
         if self._is_first:
             super()._breathe()
@@ -581,13 +642,15 @@ class _WrittenOut(_Rolled):
         code, kind, width, ends = self.code, self.code.vector_type(item.width), item.width, self.ends
         symmetric = item.kind == "square"
         total = "zeroinitializer" if width > 1 else constant(0.0)
-        weights = [ends * (e + 1.0) - n for e in item.exponents]
-        for j in range(ends, ((n - 1) // 2 if symmetric else n - ends) + 1):
-            x, y = self._vector(width, item.xs, j), self._vector(width, item.ys, n - j)
-            if weights:
-                x = code.vector(f"fmul {kind} {values_text(code, width, weights)}, {x}", kind, width)
-                weights = [w + (e + 1.0) for w, e in zip(weights, item.exponents)]
-            total = code.vector(fused(code, width, x, y, total), kind, width)
+        first = first_of_loop(code, ends)
+        weights = [first * (e + 1.0) - n for e in item.exponents]
+        for j in range(first, ((n - 1) // 2 if symmetric else n - first) + 1):
+            total = self._with_term(item, n, j, weights, total)
+            weights = [w + (e + 1.0) for w, e in zip(weights, item.exponents)]
+        if first > ends:
+            total = self._with_term(item, n, ends, [ends * (e + 1.0) - n for e in item.exponents], total)
+            if not symmetric:
+                total = self._with_term(item, n, n - ends, weights, total)
         if not symmetric:
             return total
         twice = code.vector(f"fadd {kind} {total}, {total}", kind, width)
@@ -595,6 +658,14 @@ class _WrittenOut(_Rolled):
             return twice
         middle = self._vector(width, item.xs, n // 2)
         return code.vector(fused(code, width, middle, middle, twice), kind, width)
+
+    def _with_term(self, item: Lanes, n: int, j: int, weights: list[float], total: str) -> str:
+        code, width = self.code, item.width
+        kind = code.vector_type(width)
+        x, y = self._vector(width, item.xs, j), self._vector(width, item.ys, n - j)
+        if weights:
+            x = code.vector(f"fmul {kind} {values_text(code, width, weights)}, {x}", kind, width)
+        return code.vector(fused(code, width, x, y, total), kind, width)
 
     def _vector(self, width: int, series: tuple[int, ...], j: int) -> str:
         """Coefficients j of some series side by side."""
@@ -676,8 +747,10 @@ def rolled_kernel(
 def _written_operations(steps: _Rolled, each: int, max_order: int) -> int:
     """About how many operations all orders have that a loop is for."""
     orders = range(FIRST_IN_LOOP, max_order - 1)
-    terms = sum(max(k + item.lead + 1 - 2 * steps.ends, 0) for k in orders for item in steps.table.lanes)
-    return each * len(orders) + terms
+    terms = sum(
+        max(k + item.lead + 1 - 2 * steps.ends, 0) * item.width for k in orders for item in steps.table.lanes
+    )
+    return each * len(orders) + terms // _WIDEST
 
 
 def _written_out(
