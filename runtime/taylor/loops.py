@@ -31,7 +31,7 @@ from symgen.runtime.taylor.steps import FIRST_STEP, Steps
 
 LONGEST_LEAD = 2
 _WIDEST = 8
-# In a loop over the orders, registers of half the width are faster where there are fewer products than this.
+# Where there are fewer products than this, registers of half the width are faster.
 _MANY_PRODUCTS = 50
 _ACCUMULATORS = 12
 _SMALL_ROUND = 4
@@ -322,7 +322,7 @@ FIRST_IN_LOOP = 3
 _ANY = 1 << 20  # stands for the loop's order where orders are numbers
 _FEW_PRODUCTS = 36
 _FEWEST_SQUARES = 8
-_MOST_WRITTEN_OUT = 5500  # operations, loads and stores; they take a sixth of a second to compile
+_MOST_WRITTEN_OUT = 2000  # operations, loads and stores
 _LANES_TERM = 4  # operations for a term of a sum of lanes
 
 
@@ -602,10 +602,6 @@ class _WrittenOut(_Rolled):
         self._totals: dict[tuple[int, int], str] = {}
         self._vectors: dict[tuple[int, tuple[int, ...], int], str] = {}
 
-    @property
-    def _widest(self) -> int:
-        return _WIDEST
-
     def _breathe(self) -> None:
         if self._is_first:
             super()._breathe()
@@ -720,12 +716,20 @@ def rolled_kernel(
         )
         return code.text(main, costs, sums), code.operations
     body = [f"call void @{piece.name}({code.passed}, i64 %k)" for piece in code.pieces[n_before:]]
+    few = (
+        _orders_written_out(steps, each, max_order)
+        if code.calling == "alwaysinline" and len(body) == 1
+        else 0
+    )
     main = [
         READ_LAST,
+        *(_call_of_few(symbol, few) if few else []),
+        *([] if few else ["br label %start"]),
+        "start:",
         *calls,
         "br label %loop",
         "loop:",
-        f"%k = phi i64 [{FIRST_IN_LOOP}, %entry], [%next, %step]",
+        f"%k = phi i64 [{FIRST_IN_LOOP}, %start], [%next, %step]",
         "%over = icmp sgt i64 %k, %last",
         "br i1 %over, label %done, label %step",
         "step:",
@@ -738,44 +742,70 @@ def rolled_kernel(
     ]
     sums = sum_function(code, steps.table.lanes, steps.ends, f"{symbol}.sums")
     costs = (max(start - (FIRST_IN_LOOP + 1) * each, 0.0), each, 0.5 * _LANES_TERM * len(steps.table.lanes))
-    is_short = code.calling == "alwaysinline" and len(body) == 1
-    if is_short and _written_operations(steps, each, max_order) < _MOST_WRITTEN_OUT:
-        return _written_out(plan, symbol, n_y, max_order, n_rows, costs)
-    return code.text("\n".join(main), costs, sums), code.operations
+    text = code.text("\n".join(main), costs, sums)
+    if not few:
+        return text, code.operations
+    written, operations = _written_out(plan, _few(symbol), n_y, few, n_rows)
+    return _joined(written, text), code.operations + operations
 
 
-def _written_operations(steps: _Rolled, each: int, max_order: int) -> int:
-    """About how many operations all orders have that a loop is for."""
-    orders = range(FIRST_IN_LOOP, max_order - 1)
-    terms = sum(
-        max(k + item.lead + 1 - 2 * steps.ends, 0) * item.width for k in orders for item in steps.table.lanes
-    )
-    return each * len(orders) + terms // _WIDEST
+def _orders_written_out(steps: _Rolled, each: int, max_order: int) -> int:
+    """Up to which order of the series, if any, all orders written out are faster than the loop over them."""
+    operations = 0.0
+    for k in range(FIRST_IN_LOOP, max_order - 1):
+        terms = sum(
+            max(k + item.lead + 1 - 2 * steps.ends, 0) * item.width / _WIDEST for item in steps.table.lanes
+        )
+        operations += each + terms
+        if operations > _MOST_WRITTEN_OUT:
+            return k + 1 if k > FIRST_IN_LOOP else 0
+    return max_order
 
 
-def _written_out(
-    plan: Plan, symbol: str, n_y: int, max_order: int, n_rows: int, costs: tuple[float, float, float]
-) -> tuple[str, int]:
+def _few(symbol: str) -> str:
+    """The kernel for few orders."""
+    return f"{symbol}.few"
+
+
+def _call_of_few(symbol: str, few: int) -> list[str]:
+    """Leave series up to order `few` to the kernel in which they are written out."""
+    return [
+        f"%few = icmp sle i64 %order, {few}",
+        "br i1 %few, label %written, label %start",
+        "written:",
+        f"call void @{_few(symbol)}(double %t, ptr %y, ptr %p, ptr %out)",
+        "ret void",
+    ]
+
+
+def _joined(first: str, second: str) -> str:
+    """Two modules as one: what both declare is declared once."""
+    declared = {line for line in first.splitlines() if line.startswith("declare ")}
+    return first + "\n".join(line for line in second.splitlines() if line not in declared)
+
+
+def _written_out(plan: Plan, symbol: str, n_y: int, last_order: int, n_rows: int) -> tuple[str, int]:
     """`rolled_kernel` with an operation for each of those that the loop carries out, in its order.
 
     Which products LLVM makes one operation of with a sum is the same in all models tried but one (the quarter car).
-    Nothing is stored to be loaded by a later order, which is most of the time of a short series.
+    Nothing is stored to be loaded by a later order, which is most of the time of a short series. Long ones leave the
+    registers and the cache of decoded instructions.
     """
     code = Code(symbol, is_one_function=True)
     code.begin_piece()
-    steps = _WrittenOut(code, plan, n_y, max_order, n_rows)
-    code.piece.operations += max_order  # the loop's form stores reciprocals here
+    steps = _WrittenOut(code, plan, n_y, last_order, n_rows)
+    code.piece.operations += last_order  # the loop's form stores reciprocals here
     for k in range(FIRST_STEP, FIRST_IN_LOOP):
         steps.step(k)
     code.begin_piece()
-    for k in range(FIRST_IN_LOOP, max_order - 1):
+    for k in range(FIRST_IN_LOOP, last_order - 1):
         steps.step(k)
     main = [
         READ_LAST,
         *(f"call void @{piece.name}({PASSED}, i64 %last)" for piece in code.pieces),
         "ret void",
     ]
-    return code.text("\n".join(main), costs), code.operations
+    return code.text("\n".join(main), (0.0, 0.0, 0.0)), code.operations
 
 
 def _paired(code: Code, steps: _Rolled, calls: list[str], pieces: list[Piece]) -> tuple[str, str]:
