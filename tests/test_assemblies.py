@@ -38,7 +38,9 @@ def random_state(system, rng) -> dict[str, float]:
     return {x: float(rng.normal()) for x in (*names, *rates)}
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize(
+    "seed", [pytest.param(seed, marks=[pytest.mark.slow] if seed > 4 else []) for seed in range(12)]
+)
 def test_assemblies_are_the_models_written_out(seed):
     assembled, flat = pair(seed)
     made, again, plain = assembled.derive(), Model.from_toml(assembled.to_toml()).derive(), flat.derive()

@@ -88,8 +88,11 @@ def members_of(plan):
 WITH_QUATERNIONS = ("heavy_top_absolute", "turntable")
 
 
-# Half a minute each of compiling; others hold the same loops in the suite.
-_SLOW = {("double_pendulum", "radau9"), ("heavy_top_absolute", "radau5")}
+# Up to half a minute each of compiling; others hold the same loops in the suite.
+_SLOW = {
+    ("double_pendulum", "radau9"), ("heavy_top_absolute", "radau5"), ("turntable", "radau5"),
+    ("slider_crank", "radau9"),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -285,7 +288,10 @@ def turning(tmp_path_factory):
 
 @pytest.mark.parametrize(
     ("method", "step", "same", "near"),
-    [("radau5", None, 1e-6, 1e-6), ("rattle4", 1e-3, 1e-9, 1e-5)],
+    [
+        ("radau5", None, 1e-6, 1e-6),
+        pytest.param("rattle4", 1e-3, 1e-9, 1e-5, marks=pytest.mark.slow),  # half a minute of compiling
+    ],
 )
 def test_bodies_that_turn(turning, method, step, same, near):
     """At any width the same; near single runs with the method, and runs of another one that are exact."""

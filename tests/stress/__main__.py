@@ -22,7 +22,9 @@ def main() -> int:
     parser.add_argument(
         "only", nargs="?", default="", help="a regular expression: scenarios whose kind: name match"
     )
-    parser.add_argument("--short", action="store_true", help="the part that the test suite runs")
+    parser.add_argument(
+        "--short", action="store_true", help="the part of which the test suite runs up to eight of a kind"
+    )
     parser.add_argument("--workers", type=int, default=2, metavar="N", help="processes (2)")
     parser.add_argument(
         "--json",
