@@ -662,8 +662,7 @@ def test_corners_of_meshes_are_outside_by_the_largest_distance_from_a_side(other
         np.testing.assert_allclose(sorted(found), sorted(expected), atol=1e-12)
 
 
-@pytest.mark.parametrize("table", ["mesh", "box"])
-@pytest.mark.parametrize("first", [True, False])
+@pytest.mark.parametrize("table, first", [("mesh", True), ("box", False)])
 def test_a_mesh_tumbles_on_a_solid_as_newton_and_euler_say(first, table, tmp_path):
     """As over the plane of its upper side, by a rigid-body code of its own, with friction."""
     m = Model("stone", gravity=(0, 0, "-9.81 m/s^2"), folder=tmp_path)
@@ -775,7 +774,7 @@ def test_a_capsule_is_as_far_from_a_mesh_as_a_search_finds(first, tmp_path):
     assert n_apart > 25
 
 
-@pytest.mark.parametrize("stiffness", [None, "1e5 N/m^1.5"])
+@pytest.mark.parametrize("stiffness", [pytest.param(None, marks=pytest.mark.slow), "1e5 N/m^1.5"])
 def test_a_capsule_falls_on_a_mesh_as_on_a_box(stiffness, tmp_path):
     """A box has gaps of its own, by clamping; it bounces on two edges and turns; where it gives way, it rubs."""
     runs = []
@@ -978,7 +977,11 @@ def test_assemblies_have_contacts_of_their_own():
     np.testing.assert_allclose(run.q[-1], [*alone.q[-1], *alone.q[-1]], rtol=1e-6, atol=1e-7)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+# Deriving stones and rods takes most of a minute.
+@pytest.mark.parametrize(
+    "kind",
+    [pytest.param(kind, marks=[pytest.mark.slow] if kind in ("stones", "rods") else []) for kind in KINDS],
+)
 def test_random_bodies_that_are_thrown(kind):
     """A part of `python -m tests.stress.contact_shapes`."""
     counts, said = try_many(kind, ["dop853"], range(2), seed=3)
@@ -997,7 +1000,7 @@ def test_the_judge_of_thrown_bodies_objects_to_other_laws(changed):
     assert objection(run, replace(about, **changed), 1e-5)
 
 
-@pytest.mark.parametrize("method", ["dop853", "radau5", "rk4"])
+@pytest.mark.parametrize("method", ["dop853", pytest.param("radau5", marks=pytest.mark.slow), "rk4"])
 def test_a_run_that_is_cut_and_watched_is_the_same(method, tmp_path):
     """In flight, while it slides and at rest; frames and extra times change no bit of it, and no event."""
     more = {"method": method, **({"step": 1e-3} if method == "rk4" else {})}
@@ -1118,7 +1121,9 @@ def test_a_block_tips_over_the_edge_of_another():
     assert -run["block_a"][-1] == pytest.approx(expected, rel=1e-9)
 
 
-@pytest.mark.parametrize("method, max_step", [("dop853", 1e-3), ("radau5", None)])
+@pytest.mark.parametrize(
+    "method, max_step", [pytest.param("dop853", 1e-3, marks=pytest.mark.slow), ("radau5", None)]
+)
 def test_a_compliant_box_on_a_box_gives_way_at_four_corners(method, max_step):
     m = Model("soft", gravity=(0, 0, "-9.81 m/s^2"))
     free_body(m, "box", {"box": EDGES}, (0.1, 0.05, 0.1, 1, 0, 0, 0))
@@ -1175,7 +1180,7 @@ def test_crossing_edges_are_apart_by_the_distance_of_the_boxes():
     assert n > 30
 
 
-@pytest.mark.parametrize("method", ["dop853", "radau5"])
+@pytest.mark.parametrize("method", ["dop853", pytest.param("radau5", marks=pytest.mark.slow)])
 def test_planks_that_cross_bounce_and_come_to_rest(method):
     run = planks(restitution=0.5).derive().run(t_end=1.0, method=method)
     assert run.ok, [check.says for check in run.objections]
@@ -1188,7 +1193,7 @@ def test_planks_that_cross_bounce_and_come_to_rest(method):
     assert run.contact_forces[-1, 16:20].sum() == pytest.approx(G, rel=1e-9)
 
 
-@pytest.mark.parametrize("angle", [0.0, 0.4])
+@pytest.mark.parametrize("angle", [pytest.param(0.0, marks=pytest.mark.slow), 0.4])
 def test_a_plank_that_slides_on_edges_is_slowed_down_by_friction(angle):
     along = np.array([np.cos(angle), np.sin(angle)])
     model = planks((*0.4 * along, 0, 0, 0, 0), (0, 0, 0.1), angle, friction=0.3)
@@ -1205,6 +1210,7 @@ def test_a_plank_that_spins_stands_on_the_places_where_edges_cross():
     assert 2 * np.arctan2(run.q[-1, 6], run.q[-1, 3]) == pytest.approx(0.4 + 2 * 0.4, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_plank_that_gives_way_stands_on_four_edges():
     model = planks(place=(0, 0, 0.12), stiffness=1e5, damping=0.5)
     run = model.derive().run(t_end=0.3, method="dop853", rtol=1e-10, atol=1e-12, max_step=1e-3)
