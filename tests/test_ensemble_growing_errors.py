@@ -7,6 +7,7 @@ import pytest
 
 import symgen
 from symgen.runtime.ensemble.beside import GROUP
+from symgen.runtime.inputs import Controller
 
 
 def off_by(e, exact) -> np.ndarray:
@@ -43,8 +44,8 @@ def test_loose_tolerances_over_many_periods():
         assert not (e.verdicts.ok & (off > 0.07)).any()
 
 
-def folded(with_event: bool):
-    """A double pendulum that falls from any height; or one that tells when it passes below."""
+def folded(with_event: bool = False, also: str = ""):
+    """A double pendulum that falls from any height; or one that tells when it passes below, or that more acts on."""
     model = symgen.Model("folded", gravity=(0, "-9.81 m/s^2"))
     length = model.parameter("L", "1 m")
     a, b = model.coordinate("a", start=2.0), model.coordinate("b", start=0.5)
@@ -53,6 +54,12 @@ def folded(with_event: bool):
     model.body("lower", mass="1 kg", com=(x + length * symgen.sin(b), y - length * symgen.cos(b)))
     if with_event:
         model.event("below", "sin(a)")
+    if also == "stop":
+        model.stop("turns", 50.0 - a, restitution=0.5)
+    if also == "friction":
+        model.friction("hinge", coordinate=a, force=0.02)
+    if also == "controller":
+        model.force(a, model.input("u"))
     return model.derive()
 
 
@@ -83,3 +90,21 @@ def test_members_that_jump_at_events_are_not_doubted_for_when_they_do():
     for t_end in (hit, 1.7):
         e = system.ensemble(float(t_end), start={"y": heights}, method="dop853", rtol=1e-7)
         assert e.verdicts.ok.all()
+
+
+def law(t: float, x: np.ndarray) -> float:
+    return -1e-3 * x[0]
+
+
+@pytest.mark.parametrize("also, n", [("stop", GROUP), ("friction", GROUP), ("controller", 6)])
+def test_members_that_stops_friction_or_controllers_act_on_are_doubted_as_others_are(also, n):
+    system = folded(also=also)
+    inputs = {"u": Controller(law, period=0.05)} if also == "controller" else {}
+    options = {"start": {"a": np.linspace(0.2, 2.5, n)}, "keep": ["a", "b"], "threads": 1, "inputs": inputs}
+    exact = system.ensemble(20.0, method="dop853", rtol=1e-13, atol=1e-14, **options)
+    e = system.ensemble(20.0, method="dop853", rtol=1e-5, **options)
+    off = np.max([abs(e[name] - exact[name]) for name in ("a", "b")], axis=0)
+    assert not e.failed.size
+    assert (off > 1.0).sum() >= 2 and (~e.verdicts.ok[off > 1.0]).all()
+    assert e.verdicts.ok[off < 1e-3].all()
+    assert system.ensemble(1.0, method="dop853", rtol=1e-6, **options).verdicts.ok.all()

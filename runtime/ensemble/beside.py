@@ -7,8 +7,9 @@ it (`checks/companion.py`). A member is held to what is kept of it: its end, or 
 
 Members that choose their steps are off where errors grow: in chaotic motion, and by loose tolerances. The first and the
 last one of each group are integrated again, and all of a group where one of these is off; where stability holds the
-other method back, by their own with smaller tolerances. Jumps at events that come a little sooner or later look like
-errors at a time between: where there are events, the health report of some has the last word.
+other method back, and where stops or friction switch, by their own with smaller tolerances. Jumps at events that come
+a little sooner or later look like errors at a time between: where there are events, stops or friction, the health
+report of some has the last word. Members that run one after another are run so again, with smaller tolerances.
 """
 
 from __future__ import annotations
@@ -66,16 +67,26 @@ Objects = Callable[["Plan", int], bool]
 
 
 def has_companion(plan: Plan) -> bool:
-    """Whether members can be integrated again in lanes: nothing switches, and with fixed steps nothing resets.
+    """Whether members can be integrated again; those of fixed steps in lanes only, where nothing switches or resets.
 
     Of members that choose their steps, not those with tolerances that nothing is more accurate than.
     """
-    adaptive = find_method(plan.method).adaptive
-    if plan.system.switches or (plan.system.events and not adaptive):
-        return False
-    if adaptive and plan.single.rtol < _LEAST_RTOL:
-        return False
-    return _companion(plan, _PASSES[0]).settings is not None
+    if find_method(plan.method).adaptive:
+        return plan.single.rtol >= _LEAST_RTOL
+    return not (plan.system.switches or plan.system.events) and _in_lanes(plan)
+
+
+def _in_lanes(plan: Plan) -> bool:
+    """Whether there are lanes for companions."""
+    # Stops and frictions are where a method's own steps land.
+    return _companion(plan, _OWN if plan.system.switches else _PASSES[0]).settings is not None
+
+
+def _sampled(first: int, sound: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the group of each sound member, and which of these are the first or last one of theirs."""
+    groups = (first + sound) // GROUP
+    begins = np.flatnonzero(np.diff(groups, prepend=-1))
+    return groups, np.union1d(begins, np.append(begins[1:], len(sound)) - 1) if len(sound) else begins
 
 
 def judged_alone(plan: Plan) -> bool:
@@ -107,22 +118,20 @@ def wrong_members(
     """
 
     def off(chosen: np.ndarray, passes: Sequence[str]) -> np.ndarray:
-        wrong, held_back = _off(plan, first, parameters, varied, states, steps, chosen, passes)
+        wrong, held_back = chosen[:0], chosen
+        if _in_lanes(plan):
+            wrong, held_back = _off(plan, first, parameters, varied, states, steps, chosen, passes)
         return np.sort(np.concatenate([wrong, *_off_by_own(plan, first, states, held_back, rerun)]))
 
     method, everything = find_method(plan.method), _PASSES
     if not method.adaptive:
         return off(sound, everything)
-    if method.stiff and _companion(plan, _OWN).settings is not None:
-        everything = (
-            _OWN,
-            _PASSES[1],
-        )  # where motions are stiff, the other method takes long to be held back
-    if not len(sound):
-        return sound
-    groups = (first + sound) // GROUP
-    begins = np.flatnonzero(np.diff(groups, prepend=-1))
-    sample = np.union1d(begins, np.append(begins[1:], len(sound)) - 1)
+    if plan.system.switches:
+        everything = (_OWN,)
+    elif method.stiff and _companion(plan, _OWN).settings is not None:
+        # Where motions are stiff, the other method takes long to be held back.
+        everything = (_OWN, _PASSES[1])
+    groups, sample = _sampled(first, sound)
     wrong = _confirmed(plan, first, off(sound[sample], everything), objects)
     suspects = sound[np.isin(groups, (first + wrong) // GROUP)]
     passes = everything if everything[0] == _OWN else everything[-1:]
@@ -131,13 +140,9 @@ def wrong_members(
 
 def _confirmed(plan: Plan, first: int, wrong: np.ndarray, objects: Objects) -> np.ndarray:
     """Return the wrong members without those that the health report acquits; all are, where it acquits all it sees."""
-    if not plan.system.events:
+    if not len(wrong) or not (plan.system.events or plan.system.switches):
         return wrong
-    seen = (
-        wrong[np.unique(np.linspace(0, max(len(wrong) - 1, 0), _CONFIRMED).astype(int))]
-        if len(wrong)
-        else wrong
-    )
+    seen = wrong[np.unique(np.linspace(0, len(wrong) - 1, _CONFIRMED).astype(int))]
     acquitted = [k for k in seen if not objects(plan, first + int(k))]
     return wrong[:0] if len(acquitted) == len(seen) else np.setdiff1d(wrong, acquitted)
 
