@@ -7,7 +7,7 @@ compiled right-hand side.
 Then that of changes of stick and slip, of impacts beside friction, and of forces that jump or have a kink, each with
 the motion up to it: by how much a run takes longer that has more of them. Impacts, resets and jumps beside an input of
 two pieces a second are among them, and impacts on which Python acts: those of a stop that stays closed for a while, and
-of a constrained model.
+of a constrained model. Last, what each further piece of an input costs beside such events, with its step.
 """
 
 from __future__ import annotations
@@ -101,6 +101,9 @@ _SWITCHED = {  # and where a force goes over to another branch
     "stop that stays closed": (_RESTING, 0.0),
     "impact, constrained": (_ON_A_CIRCLE, 0.0),
 }
+_BESIDE_PIECES = ("impact, input", "reset, input", "jump, input")
+_FEW_PIECES, _PIECES = 10, (5_000, 40_000)
+_PIECES_PER_SECOND = 100
 _METHODS = ("taylor", "dop853", "radau5")
 _FLIGHT = 2.0 * np.sqrt(2.0 / 9.81)  # [s]
 _EVENTS, _PEER_EVENTS, _TURNS = 10_000, 50, 5
@@ -129,6 +132,14 @@ def main() -> None:
             f"{kind:26}" + "".join(f"{more_events(system, method, level):10.1f}" for method in _METHODS),
             flush=True,
         )
+    print(f"{'piece of an input beside':26}" + "".join(f"{method:>10}" for method in _METHODS))
+    for kind in _BESIDE_PIECES:
+        text, _ = _SWITCHED[kind]
+        driven = Model.from_toml(text if "name" in text else 'name = "switched"' + text).derive()
+        for n in _PIECES:
+            name = f"{kind.split(',')[0]}, {n} of them"
+            row = "".join(f"{more_pieces(driven, method, n):10.1f}" for method in _METHODS)
+            print(f"{name:26}{row}", flush=True)
     if million:
         began = time.thread_time()
         solution = ball.run(1e6 * _FLIGHT, method="dop853")
@@ -156,6 +167,16 @@ def more_events(system: object, method: str, level: float) -> float:
         counted = system.run(t_end, method=method, fps=_FRAMES_PER_SECOND, **given)
         events.append(len(counted.events) or crossings(counted.states[:, 0] - level))
     return 1e6 * (spent[1] - spent[0]) / (events[1] - events[0])
+
+
+def more_pieces(system: object, method: str, n: int) -> float:
+    """Return the processor time of a piece of an input [µs]: of a run with `n`, less that of one with few."""
+    t_end, spent = n / _PIECES_PER_SECOND, []
+    for pieces in (_FEW_PIECES, n):
+        times = np.linspace(0.0, t_end, pieces + 1)
+        table = Table(times, 1e-3 * np.cos(40.0 * times))
+        spent.append(least(partial(system.run, t_end, method=method, rtol=1e-6, inputs={"u": table})))
+    return 1e6 * (spent[1] - spent[0]) / (n - _FEW_PIECES)
 
 
 def crossings(values: np.ndarray) -> int:

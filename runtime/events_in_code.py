@@ -104,6 +104,7 @@ class EventsInCode:
     def __init__(self, system: System, method: Method, arrays: LoopArrays):
         self._system, self._method, self._arrays = system, method, arrays
         self._generation = -1
+        self._handed: tuple[float, np.ndarray, list[float | None]] | None = None
         self.accumulation = np.nan
         self.changes: list[tuple[float, np.ndarray, np.ndarray]] = []
 
@@ -112,7 +113,7 @@ class EventsInCode:
         self._block = arrays.block()
         self._after, self._keep = make_after(self._system, self._method, arrays, self._block)
         self._call = call_block(here.advance_over_events, loop, self._after)
-        self._generation = arrays.generation
+        self._generation, self._handed = arrays.generation, None
 
     def advance(
         self, actions: EventActions, stop: float, max_steps: int, watch: float, *, keep_log: bool
@@ -126,22 +127,34 @@ class EventsInCode:
         """
         if self._generation != self._arrays.generation:
             self._bind()
-        after = self._after
-        last, *intervals = actions.zeno.memory
-        after.sums[:] = actions.energy_of_resets, np.nan if last is None else last, np.nan
-        after.intervals[: len(intervals)] = intervals
-        after.counts[here.N_LOG], after.counts[here.N_INTERVALS] = 0, len(intervals)
-        after.lowest[:] = actions.lowest_gaps
+        self._hand_over(actions)
         self._arrays.set_limits(stop, max_steps, watch, keep_log=keep_log)
         status = self._call()
-        n = int(after.counts[here.N_LOG])
+        n = int(self._after.counts[here.N_LOG])
         if n:
             self._take_over(actions, n)
         return status
 
+    def _hand_over(self, actions: EventActions) -> None:
+        """Let machine code know what happened; a call that acted on no event has left all as it was.
+
+        Calls end at every piece of an input, mostly without an event. Sums and gaps are replaced where they change, so
+        that the same objects hold the same bits.
+        """
+        energy, lowest, memory = actions.energy_of_resets, actions.lowest_gaps, actions.zeno.memory
+        handed = self._handed
+        if handed is not None and energy is handed[0] and lowest is handed[1] and memory == handed[2]:
+            return
+        after, (last, *intervals) = self._after, memory
+        after.sums[:] = energy, np.nan if last is None else last, np.nan
+        after.intervals[: len(intervals)] = intervals
+        after.counts[here.N_LOG], after.counts[here.N_INTERVALS] = 0, len(intervals)
+        after.lowest[:] = lowest
+        self._handed = energy, lowest, memory
+
     def _take_over(self, actions: EventActions, n: int) -> None:
         """Let the actions of Python know what happened."""
-        after = self._after
+        after, self._handed = self._after, None
         rows = after.log[:n].copy()
         before, last = actions.energy_of_resets, after.sums[here.LAST_RESET]
         actions.log.extend_by_rows(self._system, rows)

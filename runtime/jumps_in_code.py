@@ -47,6 +47,8 @@ class JumpsInCode:
         block, kernels = arrays.block(), [system.kernel("events"), system.kernel("rhs")]
         ne, n, n_jumps = len(system.events), system.nq + system.nv, len(arrays.jumps)
         holds_all = bool(arrays.precomputed[arrays.branches].all())
+        # Views: kernels read the pieces of inputs behind them, which nobody copies at each event.
+        p, branched = (arrays.precomputed.copy()[: system.n_rewritten] for _ in range(2))
         self._own = here.Jumps(
             addresses=np.array(
                 [block.address, *(kernel.precomputed_address for kernel in kernels)], dtype=np.uint64
@@ -55,8 +57,8 @@ class JumpsInCode:
             counts=np.array(
                 [0, arrays.branches.start, self._method.multistep, arrays.looks_for_choices, holds_all], dtype=np.int64
             ),
-            events=np.array(arrays.jumps, dtype=np.int64), p=arrays.precomputed.copy(),
-            branched=arrays.precomputed.copy(), before=np.zeros(n_jumps), after=np.zeros(n_jumps),
+            events=np.array(arrays.jumps, dtype=np.int64), p=p, branched=branched,
+            before=np.zeros(n_jumps), after=np.zeros(n_jumps),
             values=np.zeros(ne), first=np.zeros(ne), last=np.zeros(ne), row=np.zeros(system.n_row), ahead=np.zeros(n),
         )  # fmt: skip
         self._keep = block, kernels
@@ -74,7 +76,7 @@ class JumpsInCode:
         if self._generation != arrays.generation or self._coefficients is not arrays.coefficients:
             self._bind()
         self._own.counts[here.N_JUMPS] = 0
-        self._own.p[:] = arrays.precomputed  # inputs have gone on
+        self._own.p[:] = arrays.precomputed[: self._system.n_rewritten]  # inputs have gone on
         self._own.p[arrays.branches] = arrays.p[arrays.branches]
         status = self._call()
         actions.n_jumps += int(self._own.counts[here.N_JUMPS])

@@ -136,6 +136,11 @@ class System(ModelFunctions):
         return System, (self.source,)
 
     @property
+    def n_rewritten(self) -> int:
+        """How many of the first numbers of a precomputed `p` may change during a run: not the pieces of inputs."""
+        return self.n_precomputed
+
+    @property
     def input_polynomials(self) -> Mapping[int, tuple[int, int, int]]:
         """Inputs over time, see `symgen.runtime.inputs.driven.DrivenSystem`: here all are constants."""
         return {}

@@ -12,6 +12,7 @@ from symgen.runtime.event_actions import EventLog, ZenoDetector
 from symgen.runtime.events_in_code import EventsInCode
 from symgen.runtime.inputs import Controller, Polynomial, Table
 from symgen.runtime.integrate import plain_events
+from symgen.runtime.jumps_in_code import JumpsInCode
 
 take_over = EventsInCode._take_over
 METHODS = ("taylor", "dop853", "radau5", "bdf", "rk4")
@@ -158,6 +159,60 @@ def test_events_between_inputs_are_acted_on_in_code(monkeypatch, given):
         4.0, method="dop853", **GIVEN[given]
     )
     assert len(solution.events) - 1 <= sum(acted) <= len(solution.events)
+
+
+@pytest.mark.parametrize(("text", "kind"), [(STOP, "linear"), (MARKED, "hold")], ids=["stop", "marked"])
+def test_events_of_python_between_those_in_code_are_known_to_both(monkeypatch, text, kind):
+    """Pieces end at every other event, on which Python acts then, and at many times without one."""
+    model = system(text + DRIVEN.replace("amplitude", "0"))
+    alone = model.run(4.0, method="dop853", inputs={"u": 0.0})
+    at_events = [event.t for event in alone.events][::2]
+    times = np.unique([*np.linspace(0.0, 4.0, 60), *at_events])
+    acted, written = [], []
+
+    def hand_over(self, actions):
+        before = self._handed
+        hand(self, actions)
+        after, (last, *intervals) = self._after, actions.zeno.memory
+        written.append(self._handed is not before)
+        np.testing.assert_equal(
+            after.sums[: plain_events.ACCUMULATION], [actions.energy_of_resets, last or np.nan]
+        )
+        np.testing.assert_array_equal(after.intervals[: after.counts[plain_events.N_INTERVALS]], intervals)
+        np.testing.assert_array_equal(after.lowest, actions.lowest_gaps)
+
+    hand = EventsInCode._hand_over
+    monkeypatch.setattr(EventsInCode, "_hand_over", hand_over)
+    monkeypatch.setattr(
+        EventsInCode, "_take_over", lambda self, actions, n: acted.append(n) or take_over(self, actions, n)
+    )
+    tiny = Table(times, 1e-15 * (-1.0) ** np.arange(len(times)), kind=kind)  # moves no event by a tick
+    by_python, in_code = both(monkeypatch, model, 4.0, method="dop853", inputs={"u": tiny})
+    n_events, n_acted, n_calls, n_written = len(in_code.events), sum(acted), len(written), sum(written)
+    assert_same_bits(in_code, by_python)  # with health, and runs of its own
+    assert 0 < n_acted < n_events
+    assert n_written <= n_events + 1 < n_calls
+
+
+def test_pieces_of_inputs_are_not_copied_at_each_jump(monkeypatch):
+    """What a jump takes does not grow with them, and each piece is the one that holds."""
+    sizes, bind = [], JumpsInCode._bind
+    monkeypatch.setattr(
+        JumpsInCode,
+        "_bind",
+        lambda self: bind(self) or sizes.append((len(self._own.p), len(self._own.branched))),
+    )
+    model = system(
+        'name = "jumps"\n[coordinates]\nx = { start = 1.0 }\n[inputs]\nu = {}\n[energy]\nkinetic = "dot(x)^2/2"\n'
+        'potential = "2*x^2"\n[forces]\nx = "u - sign(x)/2"\n'
+    )
+    ends = []
+    for n in (5, 400):  # the same line, in more pieces
+        times = np.linspace(0.0, 20.0, n + 1)
+        run = model.run(20.0, method="dop853", rtol=1e-10, inputs={"u": Table(times, 0.02 * times)})
+        ends.append(run.states[-1])
+    assert len(sizes) >= 2 and len(set(sizes)) == 1
+    np.testing.assert_allclose(ends[0], ends[1], rtol=0, atol=1e-8)
 
 
 def test_an_impact_where_an_input_jumps_is_one(monkeypatch):

@@ -131,7 +131,7 @@ class Instant:
     @property
     def any_held(self) -> bool:
         """Whether some stop is closed or some friction sticks: the closed form of the model then applies."""
-        return bool(self.held.any())
+        return bool(np.count_nonzero(self.closed) or np.count_nonzero(self.stuck))
 
     @property
     def held(self) -> np.ndarray:

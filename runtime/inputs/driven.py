@@ -159,6 +159,11 @@ class DrivenSystem(System):
         raise TypeError(f"the inputs of model {self.name!r} over time cannot be pickled: pickle its parts")
 
     @property
+    def n_rewritten(self) -> int:
+        """Where the pieces of all inputs begin, see `System.n_rewritten`."""
+        return self.places.end
+
+    @property
     def input_polynomials(self) -> dict[int, tuple[int, int, int]]:
         """For Taylor series: place of an input in `p` -> places of the knot and first coefficient, and the degree."""
         return self._polynomials
