@@ -515,12 +515,22 @@ class EventActions:
     def settle_jump(self) -> list[EventRecord]:
         """Settle stops and frictions where forces have jumped with an input; returns what changed or was struck."""
         self.note_gaps()
+        if self._is_untouched():
+            return []
         before = self.switching.settings
         records = self._switch(np.zeros(0, dtype=int))
         self.log.extend(records)
         if records or (self.switching.settings != before).any():
             self._arm()
         return records
+
+    def _is_untouched(self) -> bool:
+        """Whether jumps of forces change nothing of what stops and frictions do: to find out in full takes longest."""
+        if self.switching.any_held:
+            return False
+        arrays, n = self.arrays, self.system.nq + self.system.nv
+        values = self.system.kernel("events")(arrays.t, arrays.y[:n], arrays.p)
+        return self.switching.is_untouched(values[len(values) - len(self.system.switches) :])
 
     def _switch(self, switched: np.ndarray) -> list[EventRecord]:
         """Settle stops and frictions; the energy of the instant is noted with the first of them."""

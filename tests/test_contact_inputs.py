@@ -7,6 +7,7 @@ import pytest
 
 from symgen import Model, runtime
 from symgen.link import derive_text
+from symgen.runtime.contact.switching import Switching
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.inputs import Controller, Polynomial, Table
 
@@ -100,3 +101,29 @@ def test_a_module_whose_gap_reads_an_input_over_time_is_refused():
     assert system.run(t_end=0.1, method="dop853").ok
     with pytest.raises(RuntimeModelError, match="gap or a sliding speed"):
         system.run(t_end=1.0, method="dop853", inputs={"u": Polynomial((0.0, 1.0))})
+
+
+def test_forces_that_jump_far_from_stops_and_rest_are_not_settled_in_full(monkeypatch):
+    """With the bits of runs that settle each of them."""
+    m = Model("pushed")
+    x = m.coordinate("x", start=1.0)
+    m.body("b", mass=1.0, com=(x, 0))
+    m.force(x, m.input("F") - 4.0 * x)
+    m.stop("wall", x + 0.8, restitution=0.7)
+    m.friction("rub", coordinate=x, force=0.05)
+    system, act, calls = m.derive(), Switching.act, []
+
+    def counted(self, fired):
+        calls.append(len(fired))
+        return act(self, fired)
+
+    monkeypatch.setattr(Switching, "act", counted)
+    random = np.random.default_rng(1)
+    course = Table(np.linspace(0.0, 4.0, 201), 0.5 * random.normal(size=201), "hold")
+    found = system.run(t_end=4.0, method="dop853", inputs={"F": course})
+    few = calls.count(0)
+    monkeypatch.setattr(Switching, "is_untouched", lambda self, values: False)
+    exact = system.run(t_end=4.0, method="dop853", inputs={"F": course})
+    assert len(exact.events) == len(found.events) > 3 and found.ok
+    np.testing.assert_array_equal(found.states, exact.states)
+    assert few < 10 and calls.count(0) - few > 190

@@ -77,6 +77,9 @@ class Instant:
         self._places_of_settings = system.settings_of_switches
         self._unpressed = np.zeros(self.n_stops, dtype=bool)  # closed stops that bear nothing yet
         self._last: tuple[tuple, LocalDynamics] | None = None
+        self._zero: np.ndarray | None = (
+            None  # gaps and speeds that are zero within the tolerances, when last asked
+        )
 
     @property
     def settings(self) -> np.ndarray:

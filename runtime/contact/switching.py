@@ -656,6 +656,7 @@ _WITHIN_STEPS = 2.0  # the pull may grow while a gap opens
 _STEPS_BEFORE_REST = 1e3
 _SHORTENED = 1e-2  # of the mean step so far: a step that a turning direction has shortened
 _AT_REST = 1e-6  # of what a sliding speed changes by in a step: at its event it is zero but for round-off
+_FAR_FROM_ZERO = 1e3  # times what is zero within the tolerances, as it was when that was asked last
 
 
 class Switching(Holding):
@@ -676,6 +677,20 @@ class Switching(Holding):
                 "is zero or more"
             )
         self._decide(gaps <= self._gap_tolerances(here), gaps <= self._round_off(here), self.stuck)
+
+    def is_untouched(self, values: np.ndarray) -> bool:
+        """Whether nothing is held, and gaps and sliding speeds are too far from zero for jumps of forces to matter.
+
+        Parameters
+        ----------
+        values : ndarray, shape (n,)
+            Of the events: gaps, and speeds at which frictions slide.
+        """
+        if self._zero is None or self._at_rest.any() or self.stuck.any() or len(self.layout.circles):
+            return False
+        sizes = np.concatenate([values[: self.n_stops], np.abs(values[self.n_stops :])])
+        smooth = np.concatenate([np.zeros(self.n_stops, dtype=bool), self._smooth])
+        return bool((smooth | (sizes > _FAR_FROM_ZERO * self._zero)).all())
 
     def act(self, fired: np.ndarray) -> list[tuple[int, str]]:
         """Act on the stops and frictions whose events fired, and on all that they touch.
@@ -703,6 +718,7 @@ class Switching(Holding):
         here = self._here()
         struck = self.closed | is_fired[: self.n_stops] | (gaps <= self._round_off(here))
         near = struck | (gaps <= self._gap_tolerances(here))
+        self._zero = np.concatenate([self._gap_tolerances(here), self._slow(here)])
         closing = here.speeds[: self.n_stops] < -self._speed_tolerances(here)[: self.n_stops]
         blown = np.concatenate([struck & closing, np.zeros(self.n - self.n_stops, dtype=bool)])
         fired_frictions = self._of_either(is_fired[self.n_stops :])
