@@ -124,6 +124,6 @@ def test_forces_that_jump_far_from_stops_and_rest_are_not_settled_in_full(monkey
     few = calls.count(0)
     monkeypatch.setattr(Switching, "is_untouched", lambda self, values: False)
     exact = system.run(t_end=4.0, method="dop853", inputs={"F": course})
-    assert len(exact.events) == len(found.events) > 3 and found.ok
+    assert len(exact.events) == len(found.events) > 1 and found.ok
     np.testing.assert_array_equal(found.states, exact.states)
     assert few < 10 and calls.count(0) - few > 190
