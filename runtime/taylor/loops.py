@@ -32,7 +32,7 @@ from symgen.runtime.taylor.steps import FIRST_STEP, Steps
 LONGEST_LEAD = 2
 _WIDEST = 8
 # Where there are fewer products than this, registers of half the width are faster.
-_MANY_PRODUCTS = 50
+_MANY_PRODUCTS = 200
 _ACCUMULATORS = 12
 _SMALL_ROUND = 4
 
