@@ -268,6 +268,8 @@ class Run(RunState):
         """Take one step, and the states that it passes: by steps beside it, since those of the run must not change."""
         arrays = self.arrays
         self._collect_steps()
+        if self._has_changes():  # samples and checkpoints hold what is done by now
+            self._hand_on_events()
         before, checkpoint = arrays.state(), self._before_the_end()
         status = arrays.advance(stop, 1)
         if status < 0 and self.fallback is None:
@@ -346,7 +348,7 @@ class Run(RunState):
     def _collect(self) -> None:
         arrays = self.arrays
         self._collect_steps()
-        if self._in_code is not None and self._in_code.changes:
+        if self._has_changes():
             self._hand_on_events()
         else:
             self._hand_on_frames()
@@ -358,6 +360,10 @@ class Run(RunState):
             )
         if self.progress is not None:
             self.progress(arrays.t, int(arrays.counters[at.STEPS]))
+
+    def _has_changes(self) -> bool:
+        """Whether machine code has acted on events that nobody has been told of."""
+        return self._in_code is not None and bool(self._in_code.changes)
 
     def _hand_on_events(self) -> None:
         """Hand on frames, and report between them the events that machine code has acted on, in their order."""

@@ -61,6 +61,20 @@ def bundled(name):
     return load(text_of(name))
 
 
+@pytest.mark.parametrize("t_end", [1.27, 2.28])
+def test_a_run_that_ends_just_behind_events_of_machine_code_goes_on(tmp_path, t_end):
+    """Its checkpoint has the form that the last of these left (0.1 s and 0.01 s behind a slip and a stick)."""
+    whole, path = solve(bundled("stick_slip"), 5.0, method="taylor"), tmp_path / "first.rrd"
+    record(
+        path,
+        text_of("stick_slip"),
+        lambda **more: solve(bundled("stick_slip"), t_end, method="taylor", **more),
+    )
+    rest = Resumed(path).run(5.0)
+    np.testing.assert_array_equal(rest.states[-1], whole.states[-1])
+    assert len(rest.events) == len(whole.events) > 8
+
+
 @pytest.mark.parametrize(("name", "options"), FAMILIES.values(), ids=FAMILIES)
 def test_a_stopped_run_goes_on_bit_for_bit(tmp_path, name, options):
     whole, first, rest = (tmp_path / f"{part}.rrd" for part in ("whole", "first", "rest"))
