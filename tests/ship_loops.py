@@ -118,7 +118,9 @@ def runs() -> Iterator[tuple[str, object]]:
     for model in MODELS:
         yield from _of_every_method(load(GENERATED / f"{model}.py"), model, 0.05)
     large = _chain()
-    for method in ("dop853", "radau5", "radau9", "bdf", "generalized_alpha", "implicit_midpoint", "gauss8"):
+    for method in (
+        "dop853", "radau5", "radau9", "radau13", "bdf", "generalized_alpha", "implicit_midpoint", "gauss8",
+    ):  # fmt: skip
         yield f"chain {method}", lambda method=method: large.run(t_end=0.01, method=method)
     yield "chain index3", lambda: large.run(t_end=0.01, constraints="index3", step=1e-3)
     for model in ("double_pendulum", "slider_crank"):

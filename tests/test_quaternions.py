@@ -233,12 +233,7 @@ def spinning(held):
     ("name", "form"),
     [(name, "auto") for name, method in METHODS.items() if method.adaptive]
     + [(name, "ggl") for name, method in FORMS["ggl"].items() if method.adaptive]
-    + [
-        # The sparse loop of radau13 does not travel with the package, and takes a minute to compile.
-        pytest.param(name, "sparse", marks=[pytest.mark.slow] if name == "radau13" else [])
-        for name, method in METHODS.items()
-        if method.adaptive and method.sparse is not None
-    ],
+    + [(name, "sparse") for name, method in METHODS.items() if method.adaptive and method.sparse is not None],
 )
 @pytest.mark.parametrize("rtol", [1e-5, 1e-8])
 def test_a_body_that_spins_evenly_is_seen_at_every_time(name, form, rtol, monkeypatch):
