@@ -75,6 +75,15 @@ def test_a_run_that_ends_just_behind_events_of_machine_code_goes_on(tmp_path, t_
     assert len(rest.events) == len(whole.events) > 8
 
 
+@pytest.mark.parametrize("method, at", [("radau5", 1.85), ("euler", 1.8266283731960136)])
+def test_an_impact_in_a_step_that_is_watched_is_that_of_machine_code(method, at):
+    """Python acts on it then; the rate behind it was another one in the last digit."""
+    runs = [solve(bundled("door_stop"), 2.0, method=method, at=times) for times in ((), (at,))]
+    np.testing.assert_array_equal(*(run.states[-1] for run in runs))
+    assert [e.t for e in runs[0].events] == [e.t for e in runs[1].events]
+    np.testing.assert_array_equal(*([e.v_after for e in run.events] for run in runs))
+
+
 @pytest.mark.parametrize(("name", "options"), FAMILIES.values(), ids=FAMILIES)
 def test_a_stopped_run_goes_on_bit_for_bit(tmp_path, name, options):
     whole, first, rest = (tmp_path / f"{part}.rrd" for part in ("whole", "first", "rest"))

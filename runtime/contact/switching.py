@@ -625,6 +625,10 @@ def _blow(
     (Kane, Levinson, Dynamics, 1985); all restitutions are then lowered alike until it does not. Without restitution it
     never does: Λ·(u + u')/2 = Λ·u' - ΛᵀAΛ/2 and Λ·u' <= 0.
     """
+    if touching.sum() == 1 and not rubbing.any():  # as machine code has it, to the last bit
+        found, i = np.zeros(len(here.rows)), int(np.argmax(touching))
+        found[i] = max(-(1.0 + restitutions[i]) * here.speeds[i] / here.compliance[i, i], 0.0)
+        return found
     levels = Levels(np.zeros(len(rubbing)), np.where(rubbing, coefficients, 0.0), list(normals))
     acting, none = np.concatenate([touching, rubbing]), np.zeros(len(rubbing))
 
