@@ -515,6 +515,7 @@ class EventActions:
     def settle_jump(self) -> list[EventRecord]:
         """Settle stops and frictions where forces have jumped with an input; returns what changed or was struck."""
         self.note_gaps()
+        self.switching.forget()
         if self._is_untouched():
             return []
         before = self.switching.settings
@@ -526,8 +527,6 @@ class EventActions:
 
     def _is_untouched(self) -> bool:
         """Whether jumps of forces change nothing of what stops and frictions do: to find out in full takes longest."""
-        if self.switching.any_held:
-            return False
         arrays, n = self.arrays, self.system.nq + self.system.nv
         values = self.system.kernel("events")(arrays.t, arrays.y[:n], arrays.p)
         return self.switching.is_untouched(values[len(values) - len(self.system.switches) :])

@@ -662,7 +662,14 @@ def test_corners_of_meshes_are_outside_by_the_largest_distance_from_a_side(other
         np.testing.assert_allclose(sorted(found), sorted(expected), atol=1e-12)
 
 
-@pytest.mark.parametrize("table, first", [("mesh", True), ("box", False)])
+@pytest.mark.parametrize(
+    "table, first",
+    [
+        ("mesh", True),
+        ("box", False),
+        *(pytest.param(*case, marks=pytest.mark.slow) for case in (("mesh", False), ("box", True))),
+    ],
+)
 def test_a_mesh_tumbles_on_a_solid_as_newton_and_euler_say(first, table, tmp_path):
     """As over the plane of its upper side, by a rigid-body code of its own, with friction."""
     m = Model("stone", gravity=(0, 0, "-9.81 m/s^2"), folder=tmp_path)

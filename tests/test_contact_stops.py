@@ -257,3 +257,16 @@ def test_joint_limits_with_restitution_are_stops():
     assert solution["hinge"].min() > -0.5 - 1e-9
     assert solution["hinge"][-1] == pytest.approx(-0.5, abs=1e-12)
     assert solution["force(hinge_lower)"][-1] == pytest.approx(0.5 * G * np.cos(0.5), rel=1e-9)
+
+
+@pytest.mark.parametrize("method", ["rk4", "dop853"])
+def test_a_stop_that_is_driven_into_is_refused(method):
+    """No impulse changes what a constraint prescribes."""
+    m = Model("driven")
+    x = m.coordinate("x", start=1.0)
+    m.body("b", mass=1.0, com=(x, 0))
+    m.constraint("drive", x - 1 + 0.2 * sin(3 * t))
+    m.stop("wall", x - 0.9, restitution=0.5)
+    solution = m.derive().run(t_end=1.0, method=method, step=None if method == "dop853" else 1e-3)
+    assert solution.status == "failed"
+    assert "the stops wall cannot all be kept at t = " in solution.message

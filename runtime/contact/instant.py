@@ -77,9 +77,8 @@ class Instant:
         self._places_of_settings = system.settings_of_switches
         self._unpressed = np.zeros(self.n_stops, dtype=bool)  # closed stops that bear nothing yet
         self._last: tuple[tuple, LocalDynamics] | None = None
-        self._zero: np.ndarray | None = (
-            None  # gaps and speeds that are zero within the tolerances, when last asked
-        )
+        # Gaps and speeds that are zero within the tolerances, when last asked.
+        self._zero: np.ndarray | None = None
 
     @property
     def settings(self) -> np.ndarray:
@@ -195,6 +194,10 @@ class Instant:
         if self._last is None or self._last[0] != key:
             self._last = (key, self.equations.at(arrays.p, arrays.t, y))
         return self._last[1]
+
+    def forget(self) -> None:
+        """Ask for the equations afresh: inputs may have other values at the same time."""
+        self._last = None
 
     def _later(self, here: LocalDynamics, forces: np.ndarray, ahead: float = AHEAD) -> LocalDynamics:
         """The equations a moment later, on the way that some forces lead."""

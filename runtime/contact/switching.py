@@ -625,8 +625,9 @@ def _blow(
     (Kane, Levinson, Dynamics, 1985); all restitutions are then lowered alike until it does not. Without restitution it
     never does: Λ·(u + u')/2 = Λ·u' - ΛᵀAΛ/2 and Λ·u' <= 0.
     """
-    if touching.sum() == 1 and not rubbing.any():  # as machine code has it, to the last bit
-        found, i = np.zeros(len(here.rows)), int(np.argmax(touching))
+    i = int(np.argmax(touching))
+    if touching.sum() == 1 and not (rubbing.any() or here.led[i]):  # as machine code has it, to the last bit
+        found = np.zeros(len(here.rows))
         found[i] = max(-(1.0 + restitutions[i]) * here.speeds[i] / here.compliance[i, i], 0.0)
         return found
     levels = Levels(np.zeros(len(rubbing)), np.where(rubbing, coefficients, 0.0), list(normals))
@@ -690,7 +691,7 @@ class Switching(Holding):
         values : ndarray, shape (n,)
             Of the events: gaps, and speeds at which frictions slide.
         """
-        if self._zero is None or self._at_rest.any() or self.stuck.any() or len(self.layout.circles):
+        if self._zero is None or self.any_held or self._at_rest.any() or len(self.layout.circles):
             return False
         sizes = np.concatenate([values[: self.n_stops], np.abs(values[self.n_stops :])])
         smooth = np.concatenate([np.zeros(self.n_stops, dtype=bool), self._smooth])
@@ -710,9 +711,7 @@ class Switching(Holding):
             The indices of those that fired, or else of those that changed or were struck, and what became of each:
             impact, release, stick, slip or turn.
         """
-        if not len(fired):
-            self._last = None  # inputs have other values at the same time
-        elif len(fired) == 1 and (what := self._settle_alone(int(fired[0]))):
+        if len(fired) == 1 and (what := self._settle_alone(int(fired[0]))):
             return [(int(fired[0]), what)]
         is_fired = np.zeros(self.n, dtype=bool)
         is_fired[fired] = True
