@@ -7,7 +7,8 @@ compiled right-hand side.
 Then that of changes of stick and slip, of impacts beside friction, and of forces that jump or have a kink, each with
 the motion up to it: by how much a run takes longer that has more of them. Impacts, resets and jumps beside an input of
 two pieces a second are among them, and impacts on which Python acts: those of a stop that stays closed for a while, and
-of a constrained model. Last, what each further piece of an input costs beside such events, with its step.
+of a constrained model. Last, what each further piece of an input costs beside such events, with its step; at the ends
+of pieces that are held, forces jump.
 """
 
 from __future__ import annotations
@@ -102,7 +103,23 @@ _SWITCHED = {  # and where a force goes over to another branch
     "impact, constrained": (_ON_A_CIRCLE, 0.0),
 }
 _BESIDE_PIECES = ("impact, input", "reset, input", "jump, input")
-_FEW_PIECES, _PIECES = 10, (5_000, 40_000)
+_BESIDE_JUMPS = {"stop": "", "stop and friction": '[friction.rub]\ncoordinate = "x"\nforce = 0.05\n'}
+_PUSHED = """
+name = "pushed"
+[coordinates]
+x = { start = 1.0 }
+[inputs]
+u = {}
+[energy]
+kinetic = "dot(x)^2/2"
+potential = "2*x^2"
+[forces]
+x = "500*u"
+[stops.wall]
+gap = "x + 0.8"
+restitution = 0.7
+"""
+_FEW_PIECES, _PIECES, _JUMPS = 10, (5_000, 40_000), 2_000
 _PIECES_PER_SECOND = 100
 _METHODS = ("taylor", "dop853", "radau5")
 _FLIGHT = 2.0 * np.sqrt(2.0 / 9.81)  # [s]
@@ -140,6 +157,10 @@ def main() -> None:
             name = f"{kind.split(',')[0]}, {n} of them"
             row = "".join(f"{more_pieces(driven, method, n):10.1f}" for method in _METHODS)
             print(f"{name:26}{row}", flush=True)
+    for kind, friction in _BESIDE_JUMPS.items():
+        pushed = Model.from_toml(_PUSHED + friction).derive()
+        row = "".join(f"{more_pieces(pushed, method, _JUMPS, 'hold'):10.1f}" for method in _METHODS)
+        print(f"{kind + ', held':26}{row}", flush=True)
     if million:
         began = time.thread_time()
         solution = ball.run(1e6 * _FLIGHT, method="dop853")
@@ -169,12 +190,12 @@ def more_events(system: object, method: str, level: float) -> float:
     return 1e6 * (spent[1] - spent[0]) / (events[1] - events[0])
 
 
-def more_pieces(system: object, method: str, n: int) -> float:
+def more_pieces(system: object, method: str, n: int, kind: str = "linear") -> float:
     """Return the processor time of a piece of an input [µs]: of a run with `n`, less that of one with few."""
     t_end, spent = n / _PIECES_PER_SECOND, []
     for pieces in (_FEW_PIECES, n):
         times = np.linspace(0.0, t_end, pieces + 1)
-        table = Table(times, 1e-3 * np.cos(40.0 * times))
+        table = Table(times, 1e-3 * np.cos(40.0 * times), kind)
         spent.append(least(partial(system.run, t_end, method=method, rtol=1e-6, inputs={"u": table})))
     return 1e6 * (spent[1] - spent[0]) / (n - _FEW_PIECES)
 

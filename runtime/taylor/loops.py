@@ -716,15 +716,11 @@ def rolled_kernel(
         )
         return code.text(main, costs, sums), code.operations
     body = [f"call void @{piece.name}({code.passed}, i64 %k)" for piece in code.pieces[n_before:]]
-    few = (
-        _orders_written_out(steps, each, max_order)
-        if code.calling == "alwaysinline" and len(body) == 1
-        else 0
-    )
+    is_small = code.calling == "alwaysinline" and len(body) == 1
+    few = _orders_written_out(steps, each, max_order) if is_small else 0
     main = [
         READ_LAST,
-        *(_call_of_few(symbol, few) if few else []),
-        *([] if few else ["br label %start"]),
+        *(_call_of_few(symbol, few) if few else ["br label %start"]),
         "start:",
         *calls,
         "br label %loop",
