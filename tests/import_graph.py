@@ -15,6 +15,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 # As an installed package has them.
 PLACES = {"symgen": "symgen", "runtime": "symgen.runtime"}
+_OURS = ("symgen", "runtime")
 LEVELS = ("module", "function", "typing", "name")
 
 
@@ -87,18 +88,21 @@ def module_name(file: Path) -> str:
 
 
 @functools.cache
-def modules(tops: tuple[str, ...] = ("symgen", "runtime")) -> Mapping[str, Module]:
+def modules(tops: tuple[str, ...] = _OURS) -> Mapping[str, Module]:
     """Return all modules below some folders, with their imports."""
+    ours = dict(modules()) if tops != _OURS else {}
     found: dict[str, Module] = {}
     for top in tops:
+        if ours and top in _OURS:
+            continue  # read before
         for file in sorted((ROOT / top).rglob("*.py")):
             tree = ast.parse(file.read_text(encoding="utf-8"))
             name = module_name(file)
             found[name] = Module(name, file, file.name == "__init__.py", tree)
-    known = {*found, *(modules() if tops != ("symgen", "runtime") else ())}
+    known = {*ours, *found}
     for module in found.values():
         module.imports += _imports(module, known)
-    return found
+    return ours | found
 
 
 def _imports(module: Module, known: set[str]) -> Iterator[Import]:

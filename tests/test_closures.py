@@ -97,7 +97,9 @@ def test_a_weld_holds_all():
     assert last_pose(run)[:3] == pytest.approx(PLACE["xyz"] + turn.apply([0.1, 0.05, -0.08]), abs=1e-12)
 
 
-@pytest.mark.parametrize("kind", ["revolute", "prismatic", "screw"])
+@pytest.mark.parametrize(
+    "kind", ["revolute", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("prismatic", "screw"))]
+)
 def test_springs_dampers_and_friction_of_closures(kind):
     elastic = {"stiffness": 5, "rest": 0.4, "damping": 0.3}
     compare(kind, elastic, {**elastic, "friction": 0.6}, friction=0.6)

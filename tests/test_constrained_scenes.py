@@ -103,9 +103,9 @@ def test_traced_residual_is_that_of_the_compiled_kernel(monkeypatch):
 @pytest.mark.parametrize(
     ("peer", "package", "scene"),
     [
-        ("ida", "sksundae", "heavy_top_absolute"),
+        pytest.param("ida", "sksundae", "heavy_top_absolute", marks=pytest.mark.slow),
         ("casadi", "casadi", "heavy_top_absolute"),
-        ("scipy_dae", "scipy_dae", "car_axis"),
+        pytest.param("scipy_dae", "scipy_dae", "car_axis", marks=pytest.mark.slow),
     ],
 )
 def test_solver_of_daes_integrates_the_same_motion(peer, package, scene):

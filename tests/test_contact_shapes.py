@@ -168,7 +168,7 @@ def test_a_capsule_comes_to_rest_across_a_box(method):
     assert np.sort(forces)[-1] == pytest.approx(G * 0.13 / 0.2, rel=1e-5)
 
 
-@pytest.mark.parametrize("method", ["dop853", "radau5"])
+@pytest.mark.parametrize("method", ["dop853", pytest.param("radau5", marks=pytest.mark.slow)])
 def test_a_capsule_that_gives_way_lies_on_two_edges(method):
     m = capsule_over_box(None, (0, 0, 0.2), (0, np.pi / 2, 0), stiffness="1e5 N/m^1.5", damping="0.2 s/m")
     run = m.derive().run(t_end=0.4, method=method, rtol=1e-10, atol=1e-12)
@@ -308,6 +308,7 @@ def test_a_ball_bounces_off_a_bowl_along_the_normal_at_the_foot():
     np.testing.assert_allclose(hit.v_after[:3], before - 1.7 * (before @ normal) * normal, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_sphere_over_tables_is_as_far_as_the_foot_on_splines_of_scipy():
     x = np.linspace(-2, 2, 30)
     m = Model("curve", gravity=(0, "-9.81 m/s^2"))
@@ -555,6 +556,7 @@ def test_a_block_slides_or_tips():
     assert tips["body_a"][0] - tips["body_a"][-1] == pytest.approx(expected, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_stack_stands():
     m = Model("stack", gravity=(0, "-9.81 m/s^2"))
     below = "world"
@@ -781,7 +783,8 @@ def test_a_capsule_is_as_far_from_a_mesh_as_a_search_finds(first, tmp_path):
     assert n_apart > 25
 
 
-@pytest.mark.parametrize("stiffness", [pytest.param(None, marks=pytest.mark.slow), "1e5 N/m^1.5"])
+@pytest.mark.parametrize("stiffness", [None, "1e5 N/m^1.5"])
+@pytest.mark.slow
 def test_a_capsule_falls_on_a_mesh_as_on_a_box(stiffness, tmp_path):
     """A box has gaps of its own, by clamping; it bounces on two edges and turns; where it gives way, it rubs."""
     runs = []
@@ -984,10 +987,12 @@ def test_assemblies_have_contacts_of_their_own():
     np.testing.assert_allclose(run.q[-1], [*alone.q[-1], *alone.q[-1]], rtol=1e-6, atol=1e-7)
 
 
-# Deriving stones and rods takes most of a minute.
+_LONG = ("stones", "rods", "spun", "ledge")  # to derive: stones and rods most of a minute
+
+
 @pytest.mark.parametrize(
     "kind",
-    [pytest.param(kind, marks=[pytest.mark.slow] if kind in ("stones", "rods") else []) for kind in KINDS],
+    [pytest.param(kind, marks=[pytest.mark.slow] if kind in _LONG else []) for kind in KINDS],
 )
 def test_random_bodies_that_are_thrown(kind):
     """A part of `python -m tests.stress.contact_shapes`."""
@@ -1007,7 +1012,9 @@ def test_the_judge_of_thrown_bodies_objects_to_other_laws(changed):
     assert objection(run, replace(about, **changed), 1e-5)
 
 
-@pytest.mark.parametrize("method", ["dop853", pytest.param("radau5", marks=pytest.mark.slow), "rk4"])
+@pytest.mark.parametrize(
+    "method", ["dop853", *(pytest.param(name, marks=pytest.mark.slow) for name in ("radau5", "rk4"))]
+)
 def test_a_run_that_is_cut_and_watched_is_the_same(method, tmp_path):
     """In flight, while it slides and at rest; frames and extra times change no bit of it, and no event."""
     more = {"method": method, **({"step": 1e-3} if method == "rk4" else {})}
@@ -1044,6 +1051,7 @@ def outside(edges, place: np.ndarray) -> float:
     return float((np.abs(place) - np.array(edges) / 2).max())
 
 
+@pytest.mark.slow
 def test_corners_of_boxes_are_outside_of_the_other_box_by_the_largest_of_three():
     other = (0.25, 0.4, 0.15)
     m = Model("boxes")
@@ -1060,7 +1068,7 @@ def test_corners_of_boxes_are_outside_of_the_other_box_by_the_largest_of_three()
         np.testing.assert_allclose(sorted(found), sorted(expected), atol=1e-14)
 
 
-@pytest.mark.parametrize("first", [True, False])
+@pytest.mark.parametrize("first", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_a_box_tumbles_on_a_box_as_newton_and_euler_say(first):
     """As over the plane of its upper side, by the same oracle, whichever of the two is the `body`."""
     m = Model("tumbling", gravity=(0, 0, "-9.81 m/s^2"))
@@ -1090,6 +1098,7 @@ def falling_on_its_corner() -> Model:
     return m
 
 
+@pytest.mark.slow
 def test_a_box_that_falls_on_its_corner_comes_to_rest_on_a_box():
     """The two exchange an impulse by Newton's law, whose size is found again, and stand on each other in the end."""
     run = falling_on_its_corner().derive().run(t_end=1.5, method="dop853")
@@ -1129,7 +1138,7 @@ def test_a_block_tips_over_the_edge_of_another():
 
 
 @pytest.mark.parametrize(
-    "method, max_step", [pytest.param("dop853", 1e-3, marks=pytest.mark.slow), ("radau5", None)]
+    "method, max_step", [("dop853", 1e-3), pytest.param("radau5", None, marks=pytest.mark.slow)]
 )
 def test_a_compliant_box_on_a_box_gives_way_at_four_corners(method, max_step):
     m = Model("soft", gravity=(0, 0, "-9.81 m/s^2"))
@@ -1187,7 +1196,8 @@ def test_crossing_edges_are_apart_by_the_distance_of_the_boxes():
     assert n > 30
 
 
-@pytest.mark.parametrize("method", ["dop853", pytest.param("radau5", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("method", ["dop853", "radau5"])
+@pytest.mark.slow
 def test_planks_that_cross_bounce_and_come_to_rest(method):
     run = planks(restitution=0.5).derive().run(t_end=1.0, method=method)
     assert run.ok, [check.says for check in run.objections]
@@ -1200,7 +1210,8 @@ def test_planks_that_cross_bounce_and_come_to_rest(method):
     assert run.contact_forces[-1, 16:20].sum() == pytest.approx(G, rel=1e-9)
 
 
-@pytest.mark.parametrize("angle", [pytest.param(0.0, marks=pytest.mark.slow), 0.4])
+@pytest.mark.parametrize("angle", [0.0, 0.4])
+@pytest.mark.slow
 def test_a_plank_that_slides_on_edges_is_slowed_down_by_friction(angle):
     along = np.array([np.cos(angle), np.sin(angle)])
     model = planks((*0.4 * along, 0, 0, 0, 0), (0, 0, 0.1), angle, friction=0.3)
@@ -1230,6 +1241,7 @@ def test_a_plank_that_gives_way_stands_on_four_edges():
     assert run.ok and run["plank_free_z"][-1] == pytest.approx(expected, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_an_edge_that_falls_on_an_edge_off_the_middle_exchanges_the_impulse_of_newton():
     """Two free boxes on edge: j = -(1 + e) (v n)/(n K n), with the inertias of both at the place where they meet."""
     m = Model("edges")

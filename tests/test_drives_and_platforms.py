@@ -182,7 +182,7 @@ class Platform:
         return matrix
 
 
-@pytest.mark.parametrize("legs", [3, 6])
+@pytest.mark.parametrize("legs", [3, pytest.param(6, marks=pytest.mark.slow)])
 def test_the_platform_rests_and_rings_on_its_bushings(legs):
     """Its place where the potential is stationary, and the frequencies of small motions there."""
     system, own = load("stewart_on_bushings", legs=legs), Platform(legs)

@@ -84,38 +84,32 @@ def members_of(plan):
     return parameters, *plan.starts.of(parameters, values)
 
 
-# Loops of Radau methods with quaternions take seconds to compile for each method and width: those of radau5 will do.
 WITH_QUATERNIONS = ("heavy_top_absolute", "turntable")
 
 
-# Up to half a minute each of compiling; others hold the same loops in the suite.
-_SLOW = {
-    ("double_pendulum", "radau9"), ("heavy_top_absolute", "radau5"), ("turntable", "radau5"),
-    ("slider_crank", "radau9"),
-}  # fmt: skip
+def models_and_methods(*methods):
+    """All models with each method; loops of Radau methods beside `radau5` without quaternions compile for long."""
+
+    def marks(name, method):
+        long = method == "radau9" or (method == "radau5" and name in WITH_QUATERNIONS)
+        return [pytest.mark.slow] if long else []
+
+    pairs = [pytest.param(name, method, marks=marks(name, method)) for name in MODELS for method in methods]
+    return pytest.mark.parametrize(("name", "method"), pairs)
 
 
-@pytest.mark.parametrize(
-    ("name", "method"),
-    [
-        pytest.param(name, method, marks=[pytest.mark.slow] if (name, method) in _SLOW else [])
-        for name in MODELS
-        for method in ("dop853", "taylor", "verlet", "radau5", "radau9")
-    ],
-)
+@models_and_methods("dop853", "taylor", "verlet", "radau5", "radau9")
 def test_lanes_do_not_change_members(name, method):
     """At any width, in any order, alone or among others: the same bits."""
     if name == "bouncing_ball" and method == "verlet":
         pytest.skip("events are for methods with steps of their own choice")
-    if name in WITH_QUATERNIONS and method == "radau9":
-        pytest.skip("as radau5")
     plan = plan_of(name, method=method, step=MODELS[name][0] / 200 if method == "verlet" else None)
     assert plan.settings is not None, plan.notes
     parameters, starts, failures = members_of(plan)
     assert not failures
     wide = LaneBatch(plan.system, plan.settings).run(parameters, starts)
     assert (wide.column("status") == 1).all()
-    for lanes in (1,) if name in WITH_QUATERNIONS and method == "radau5" else (1, 4):
+    for lanes in (1,) if name in WITH_QUATERNIONS and method.startswith("radau") else (1, 4):
         other = LaneBatch(plan.system, replace(plan.settings, lanes=lanes)).run(parameters, starts)
         assert other.end.tobytes() == wide.end.tobytes()
         assert other.columns.tobytes() == wide.columns.tobytes()
@@ -154,11 +148,9 @@ def test_stiff_members_are_single_runs(name):
         assert np.abs((run.states[-1] - end) / scale).max() < 1e-5
 
 
-@pytest.mark.parametrize("method", ["dop853", "taylor", "radau9"])
-@pytest.mark.parametrize("name", MODELS)
+@models_and_methods("dop853", "taylor", "radau5", "radau9")
 def test_members_are_single_runs(name, method):
     """To the tolerance the ends are those of `system.run`, which knows nothing of lanes; energies are as good."""
-    method = "radau5" if name in WITH_QUATERNIONS and method == "radau9" else method
     system, t_end, kept = varied(name)
     e = system.ensemble(t_end, n=3, seed=3, rtol=1e-10, atol=1e-12, method=method, **kept)
     assert not e.verdicts.singly.any(), e.notes
@@ -289,8 +281,10 @@ def turning(tmp_path_factory):
 @pytest.mark.parametrize(
     ("method", "step", "same", "near"),
     [
-        ("radau5", None, 1e-6, 1e-6),
-        pytest.param("rattle4", 1e-3, 1e-9, 1e-5, marks=pytest.mark.slow),  # half a minute of compiling
+        ("dop853", None, 1e-6, 1e-6),
+        # Up to half a minute of compiling.
+        pytest.param("radau5", None, 1e-6, 1e-6, marks=pytest.mark.slow),
+        pytest.param("rattle4", 1e-3, 1e-9, 1e-5, marks=pytest.mark.slow),
     ],
 )
 def test_bodies_that_turn(turning, method, step, same, near):

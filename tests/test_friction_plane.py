@@ -60,7 +60,7 @@ METHODS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("mu_s", [0.3, 0.4])
+@pytest.mark.parametrize("mu_s", [0.3, pytest.param(0.4, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("kind", ["given", "stop", "constraint"])
 @pytest.mark.parametrize("method", METHODS)
 def test_a_block_on_a_shaking_plate_slips_and_sticks_as_its_phases_say(systems, phases, method, kind, mu_s):

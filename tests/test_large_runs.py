@@ -104,6 +104,7 @@ def held(x, v, t):
     return moved, rates
 
 
+@pytest.mark.slow
 def test_auto_takes_sparse_matrices_for_a_large_stiff_model(text):
     system, line = runtime.load(text), Line(N, 1e4, 4e3)
     assert size.is_large(system)

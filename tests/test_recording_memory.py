@@ -61,7 +61,10 @@ def test_short_runs_are_kept_whole():
     )
 
 
-@pytest.mark.parametrize("content", schema.CONTENTS)
+@pytest.mark.parametrize(
+    "content",
+    [pytest.param("all", marks=pytest.mark.slow), *(name for name in schema.CONTENTS if name != "all")],
+)
 def test_memory_does_not_grow_with_the_frames(tmp_path, monkeypatch, content):
     """Of 600 000 frames more no more stays than what chunks differ by, 1 MB; 20 bytes a frame, 12 MB, did."""
     monkeypatch.setattr(run_writer, "_MOST_KEPT", 2000)

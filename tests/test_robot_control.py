@@ -61,6 +61,7 @@ def test_computed_torque_makes_errors_a_critically_damped_spring(system):
     assert np.abs(run.q - wanted - error).max() < 1e-7
 
 
+@pytest.mark.slow
 def test_sampled_controllers_do_as_much_as_their_period_lets_them(system):
     path = Trajectory(PLACES, [0.0, 0.7, 1.5])
     run = system.run(t_end=1.5, inputs=computed_torque(system, path, 400.0, 40.0, period=0.002))

@@ -65,6 +65,7 @@ def test_derivatives_are_those_of_complex_steps(name):
         np.testing.assert_allclose(found, expected, rtol=1e-8, atol=1e-10 * np.abs(expected).max())
 
 
+@pytest.mark.slow
 def test_large_models_solve_in_loops():
     """Where M is factored by loops, central differences tell."""
     system = with_jacobian("n_pendulum", N="40")
