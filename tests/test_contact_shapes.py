@@ -1146,7 +1146,9 @@ def test_a_compliant_box_on_a_box_gives_way_at_four_corners(method, max_step):
     m.body("table", mass=1, shape={"box": [1, 1, 0.4]})
     m.joint("held", type="fixed", child="table", origin={"xyz": [0, 0, -0.2]})
     m.contact("hit", body="box", other="table", stiffness=1e5, damping=0.5)
-    run = m.derive().run(t_end=0.4, method=method, rtol=1e-10, atol=1e-12, max_step=max_step)
+    system = m.derive()
+    assert system.source.late == ("residual_jacobian",)  # few coordinates, and 9/10 of the derivation
+    run = system.run(t_end=0.4, method=method, rtol=1e-10, atol=1e-12, max_step=max_step)
 
     def rates(_, s):
         depth = max(0.05 - s[0], 0.0)

@@ -97,7 +97,7 @@ class _Branches:
         self._still = {x.name for x in (*d.parameters, *d.constants)} | {"t"}
         self._where = ""
         self.description = d
-        if any(_has(x) for x in _expressions(d)):
+        if any(_has(x) for x in expressions_of_motion(d)):
             self.description = self._replaced(d)
 
     def _replaced(self, d: Description) -> Description:
@@ -274,7 +274,8 @@ class _Branches:
         return False
 
 
-def _expressions(d: Description) -> Iterator[algebra.Expr]:
+def expressions_of_motion(d: Description) -> Iterator[algebra.Expr]:
+    """What energies, forces, loads and definitions are."""
     yield from (x for x in (d.kinetic, d.potential, d.dissipation) if x is not None)
     yield from (x for _, x in (*d.forces, *d.definitions))
     for load in d.loads:
@@ -284,7 +285,7 @@ def _expressions(d: Description) -> Iterator[algebra.Expr]:
 def _under_roots(d: Description) -> set[str]:
     """Definitions of which a root, or a power that may be one, is taken somewhere."""
     definitions, found = dict(d.definitions), set()
-    stack = [(x, False) for x in _expressions(d)]
+    stack = [(x, False) for x in expressions_of_motion(d)]
     seen = set()
     while stack:
         e, under_root = stack.pop()

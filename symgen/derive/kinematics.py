@@ -75,7 +75,8 @@ class Scene:
         expressions = dict(d.definitions)
         later = {name for name, _ in d.definitions} | {f"{p.name}_{c}" for p in vectors for c in AXES}
         while waiting:
-            ready = [item for item in waiting if not (item[2] & later) - known.keys()]
+            unknown = later - known.keys()
+            ready = [item for item in waiting if unknown.isdisjoint(item[2])]
             if not ready:
                 stuck = ", ".join(name or base for name, base, _ in waiting)
                 raise ModelError(
@@ -88,7 +89,7 @@ class Scene:
                     self._place_base(base)
                 else:
                     self.loader.define(name, expressions[name])
-                waiting.remove(item)
+            waiting = [item for item in waiting if not unknown.isdisjoint(item[2])]
 
     def _placing(self, base: str) -> list[algebra.Expr]:
         """The expressions that place a base, the tree on it, and the points and axes there."""

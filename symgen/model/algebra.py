@@ -47,10 +47,16 @@ class Expr:
     @cached_property
     def sort_key(self) -> tuple:
         """What arguments are ordered by: class, number of arguments, then these from left to right."""
-        for x in postorder(self.args):
-            if x.args and "sort_key" not in x.__dict__:
-                x.sort_key = _key_of(x)
-        return _key_of(self)
+        waiting: list[Expr] = [self]  # those of arguments first, which most have; trees can be deep
+        while True:
+            x = waiting[-1]
+            unknown = [a for a in x.args if a.args and "sort_key" not in a.__dict__]
+            if unknown:
+                waiting += unknown
+            elif x is self:
+                return _key_of(self)
+            else:
+                waiting.pop().sort_key = _key_of(x)
 
     @classmethod
     def _made(cls, args: tuple[Expr, ...]) -> Expr:

@@ -22,7 +22,7 @@ from ..graph.graph import Graph
 from ..graph.nodes import INPUT, LAM, PARAM, A, Q, T, V
 from ..header import dependence, header
 from ..input_rates import inputs_held
-from ..jumps import has_jumps
+from ..jumps import expressions_of_motion, has_jumps
 from ..load import Loader
 from ..marks import Mark, height_function, mark_function, mark_records, marks
 from ..pipeline import functions
@@ -127,9 +127,10 @@ def copied_nodes(g: Graph, own: Graph, member: Component, wanted: list[int]) -> 
 
 LONGEST_LIST = 4  # names in a comment
 MOST_KINDS = 10  # in the findings
-# Rates of a model, and rows of stops and frictions, from which on functions are left out until a run asks for them:
-# then they are half of the work and more (docs/benchmarks.md), and of smaller models a matter of milliseconds.
-FEWEST_RATES = 20
+# Rates of a model, and rows of stops and frictions, or else operations that its user or its contacts have written, from
+# which on functions are left out until a run asks for them: then they are half of the work and more
+# (docs/benchmarks.md), and of smaller models a matter of milliseconds.
+FEWEST_RATES, FEWEST_OPERATIONS = 20, 1000
 
 
 def derive(
@@ -159,8 +160,8 @@ def derive(
     whole = whole or description.start or description.balanced or inputs_held(description)
     kinds = [] if whole else split(description)
     if not kinds or (len(kinds) == 1 and len(kinds[0]) == 1):
-        large = len(description.rates) + n_switches(description) >= FEWEST_RATES
-        return _with_savings(pipeline.derive(description, source, late=LATE if on_demand and large else ()))
+        late = LATE if on_demand and _is_large(description) else ()
+        return _with_savings(pipeline.derive(description, source, late=late))
     derivations = [Derivation(kind[0].description) for kind in kinds]
     parts = _parts(kinds, derivations)
     sizes = {letter: sum(len(p.members) * p.sizes[letter] for p in parts) for letter in parts[0].sizes}
@@ -177,6 +178,13 @@ def derive(
     head |= {"structure": _flags(derivations), "subsystems": _records(parts)}
     head |= mark_records(drawn) | term_count(watching) | pipeline.solves(program)
     return _with_savings(replace(program, header=head, findings=(*_findings(parts, derivations),)))
+
+
+def _is_large(d: Description) -> bool:
+    """Whether what few runs call is worth leaving out."""
+    if len(d.rates) + n_switches(d) >= FEWEST_RATES:
+        return True
+    return len(postorder(expressions_of_motion(d))) >= FEWEST_OPERATIONS
 
 
 def derive_whole(description: Description, late: Collection[str], gathered: bool = True) -> Program:
