@@ -235,15 +235,34 @@ def test_starts_are_assembled_where_they_do_not_fit():
         whole(None, off)
 
 
+# Without units: how far its coordinates go tells their sizes, and so how fast is at rest.
+SKATE = """
+name = "skate"
+[parameters]
+J = 1.0
+[coordinates]
+x = { start = 3.3 }
+y = { start = 100.0 }
+phi = { start = 0.5, rate = 0.2 }
+[energy]
+kinetic = "(dot(x)^2 + dot(y)^2 + J*dot(phi)^2)/2"
+[velocity_constraints]
+edge = "sin(phi)*dot(x) - cos(phi)*dot(y)"
+"""
+
+
 @pytest.mark.parametrize(
     "model, start, parameters",
     [
         ("slider_crank", ["theta", "dot(theta)"], ["r", "l", "m"]),  # a coordinate without mass
         ("rolling_disc", ["dot(yaw)", "dot(spin)"], ["m"]),
+        (SKATE, ["phi", "y", "dot(x)"], ["J"]),
     ],
+    ids=("slider_crank", "rolling_disc", "skate"),
 )
 def test_starts_of_rows_are_assembled_at_once_to_the_bits_of_one(model, start, parameters, monkeypatch):
-    run = system(model).prepare(0.01, start=start, parameters=parameters, method="dop853")
+    model = symgen.Model.from_toml(model).derive() if model is SKATE else system(model)
+    run = model.prepare(0.01, start=start, parameters=parameters, method="dop853")
     random = np.random.default_rng(3)
     p, y0 = np.array(run._nominal_p), run.nominal_start
     P = p * random.uniform(0.9, 1.1, (6, len(p)))
@@ -259,7 +278,7 @@ def test_starts_of_rows_are_assembled_at_once_to_the_bits_of_one(model, start, p
     assert done.all()
     for state, y, row, own in zip(states, runs.y, P, Y0, strict=True):
         np.testing.assert_array_equal(state, run.assemble(own, row))
-        solution = system(model).run(0.01, method="dop853", **asked(run, row, own))
+        solution = model.run(0.01, method="dop853", **asked(run, row, own))
         np.testing.assert_array_equal(y, solution.states[-1])
 
 

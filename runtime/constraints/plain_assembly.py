@@ -54,8 +54,6 @@ def objection(system: System, q_enforced: np.ndarray) -> str:
         return "its start is found in another way"
     if system.quaternions or system.nq != system.nv:
         return "it has quaternions"
-    if system.nh and len(levels.units_of(system).bare):
-        return "the sizes of its coordinates are found by trials"
     if np.count_nonzero(~q_enforced) > system.nh:
         return "constraints leave some of its coordinates free"
     return ""
@@ -145,8 +143,13 @@ class _Starts:
         return np.all([np.isfinite(part).all(axis=1) for part in parts], axis=0)
 
     def _characteristic_sizes(self) -> np.ndarray:
-        """As `levels.coordinate_sizes`, where each coordinate has a unit."""
-        return levels.units_of(self._system).sizes(self.q, self.p)
+        """As `levels.coordinate_sizes`; those of coordinates without units are found row by row."""
+        units = levels.units_of(self._system)
+        if not len(units.bare):
+            return units.sizes(self.q, self.p)
+        places = (levels.Constraints(self._system, p, self._t) for p in self.p)
+        found = [place.characteristic_sizes(q) for place, q in zip(places, self.q)]
+        return np.array(found).reshape(self.q.shape)
 
     def _position_scales(self) -> np.ndarray:
         """As `Constraints.position_scales`."""
