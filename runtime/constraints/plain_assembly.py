@@ -27,7 +27,6 @@ SATISFIED = 2e-14  # of a constraint's scale: `assembly._SATISFIED`
 _SAME_SIZE = 0.1  # `assembly._MUCH_SMALLER`
 _REFINEMENTS = 3  # `assembly._REFINEMENTS`
 _MOST_STEPS = 30  # of Newton's method; who takes more is left out
-_AT_ONCE = 256
 
 
 @record(eq=False)
@@ -70,15 +69,13 @@ def assemble_plain(system: System, given: Given, t: float) -> tuple[np.ndarray, 
     t : float [s]
     """
     found, done = given.states.copy(), np.zeros(len(given.states), dtype=bool)
+    starts = _Starts(system, given, t)
     with np.errstate(all="ignore"):
-        for first in range(0, len(found), _AT_ONCE):
-            rows = np.arange(first, min(first + _AT_ONCE, len(found)))
-            starts = _Starts(system, given, rows, t)
-            try:
-                starts.assemble()
-            except np.linalg.LinAlgError:  # of some row: which, the other way tells
-                continue
-            found[starts.rows], done[starts.rows] = np.hstack([starts.q, starts.v]), True
+        try:
+            starts.assemble()
+        except np.linalg.LinAlgError:  # of some row: which, the other way tells
+            return found, done
+    found[starts.rows], done[starts.rows] = np.hstack([starts.q, starts.v]), True
     return found, done
 
 
@@ -93,12 +90,11 @@ class _Starts:
         Theirs.
     """
 
-    def __init__(self, system: System, given: Given, rows: np.ndarray, t: float):
+    def __init__(self, system: System, given: Given, t: float):
         self._system, self._t = system, t
         self._free_q, self._free_v = ~given.q_enforced, ~given.v_enforced
-        self.rows, self.p = rows, given.p[rows]
-        states = given.states[rows]
-        self.q, self.v = states[:, : system.nq].copy(), states[:, system.nq :].copy()
+        self.rows, self.p = np.arange(len(given.p)), given.p
+        self.q, self.v = given.states[:, : system.nq].copy(), given.states[:, system.nq :].copy()
         self.sizes = np.zeros_like(self.q)
 
     def assemble(self) -> None:

@@ -453,16 +453,30 @@ class PreparedRun:
     ) -> np.ndarray:
         """Bring the starts of runs onto the constraints, all at once where that is plain; returns which are there."""
         done = np.zeros(len(which), dtype=bool)
-        if len(which):
-            asked = self._asked(P[which[0]], Y0[which[0]])
-            p = np.array([self._parameters(P[i]) for i in which])
-            given = start_values.start_values(self.system, p[0], asked.start, asked.rate)
-            if not plain_assembly.objection(self.system, given.q_enforced):
-                starts = plain_assembly.Given(p, states[which], given.q_enforced, given.v_enforced)
-                states[which], done = plain_assembly.assemble_plain(self.system, starts, self.t_start)
+        for first in range(0, len(which), ROWS):
+            part = slice(first, first + ROWS)
+            states[which[part]], done[part] = self._assembled_at_once(
+                P[which[part]], Y0[which[part]], states[which[part]]
+            )
         for k in np.flatnonzero(~done):
             done[k] = self._assemble_row(which[k], P, Y0, states, runs)
         return done
+
+    def _assembled_at_once(
+        self, P: np.ndarray, Y0: np.ndarray, states: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the starts of some rows on the constraints, and which are: others are as they were."""
+        asked, p = self._asked(P[0], Y0[0]), np.tile(self._base_p, (len(P), 1))
+        p[:, self._p_at] = P
+        none = np.zeros(len(P), dtype=bool)
+        try:
+            given = start_values.start_values(self.system, p[0], asked.start, asked.rate)
+        except RuntimeModelError:  # of one row: each is told by itself
+            return states, none
+        if plain_assembly.objection(self.system, given.q_enforced):
+            return states, none
+        starts = plain_assembly.Given(p, states, given.q_enforced, given.v_enforced)
+        return plain_assembly.assemble_plain(self.system, starts, self.t_start)
 
     def _assemble_row(self, i: int, P: np.ndarray, Y0: np.ndarray, states: np.ndarray, runs: Runs) -> bool:
         """Bring the start of a run onto the constraints; returns whether that is possible."""
