@@ -453,7 +453,8 @@ class PreparedRun:
     ) -> np.ndarray:
         """Bring the starts of runs onto the constraints, all at once where that is plain; returns which are there."""
         done = np.zeros(len(which), dtype=bool)
-        for first in range(0, len(which), ROWS):
+        # One alone is as fast by itself, and not assembled again where the last one was the same.
+        for first in range(0, len(which), ROWS) if len(which) > 1 else ():
             part = slice(first, first + ROWS)
             states[which[part]], done[part] = self._assembled_at_once(
                 P[which[part]], Y0[which[part]], states[which[part]]
