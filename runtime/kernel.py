@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from symgen.runtime.code.bridge import evaluate_rows
+from symgen.runtime.code.bridge import address_of, evaluate_rows
 from symgen.runtime.code.function_text import FunctionText, Lengths
 from symgen.runtime.code.llvm_text import PRECOMPUTED
 from symgen.runtime.errors import ModuleError
@@ -119,10 +119,14 @@ class Kernel:
     _owner: Any = field(repr=False)
     _call: Any = field(repr=False)
 
+    def __post_init__(self):
+        lengths = self.source.lengths
+        vars(self).update(_lengths=lengths, _shapes=((lengths.y,), (lengths.p,)))
+
     @property
     def out_size(self) -> int:
         """The number of values that the function writes."""
-        return self.source.lengths.out
+        return self._lengths.out
 
     @property
     def operations(self) -> int:
@@ -141,14 +145,16 @@ class Kernel:
         out : ndarray of float64, shape (out_size,), C-contiguous, optional
             Written in place, but for structural zeros. A new array of zeros by default.
         """
-        lengths = self.source.lengths
-        y = self._checked("y", y, lengths.y)
-        p = self._checked("p", p, lengths.p)
+        of_y, of_p = self._shapes
+        if not _fits(y, of_y):
+            y = self._checked("y", y, of_y[0])
+        if not _fits(p, of_p):
+            p = self._checked("p", p, of_p[0])
         if out is None:
-            out = np.zeros(lengths.out)
+            out = np.zeros(self._lengths.out)
         else:
             self._check_out(out)
-        self._call(float(t), y.ctypes.data, p.ctypes.data, out.ctypes.data)
+        self._call(float(t), address_of(y), address_of(p), address_of(out))
         return out
 
     def rows(self, times: np.ndarray, states: np.ndarray, p: np.ndarray) -> np.ndarray:
@@ -171,9 +177,6 @@ class Kernel:
 
     def _checked(self, name: str, values: Any, length: int) -> np.ndarray:
         """Return `values` as a contiguous float64 array of `length`, or say what was expected."""
-        if type(values) is np.ndarray and values.dtype is _FLOAT and values.shape == (length,):
-            if values.flags.c_contiguous:
-                return values
         model = self.source.system.name
         try:
             array = np.ascontiguousarray(values)
@@ -203,6 +206,16 @@ class Kernel:
             raise TypeError(
                 f"out of {self.name} must be contiguous and writeable: use np.zeros({self.out_size})"
             )
+
+
+def _fits(values: Any, shape: tuple[int]) -> bool:
+    """Whether code can read `values` where they are."""
+    return (
+        type(values) is np.ndarray
+        and values.dtype is _FLOAT
+        and values.shape == shape
+        and values.flags.c_contiguous
+    )
 
 
 def compile_kernel(source: KernelSource) -> Kernel:
@@ -243,7 +256,8 @@ class Setup:
 
     def __call__(self, p: np.ndarray, n: int) -> None:
         """Read parameters and inputs from `p[:n]`, and write the functions' hoisted values behind them."""
-        self._call(0.0, None, p.ctypes.data, p.ctypes.data + n * p.itemsize)
+        first = address_of(p)
+        self._call(0.0, None, first, first + n * p.itemsize)
 
 
 def compile_setup(sources: Sequence[KernelSource]) -> Setup:

@@ -38,14 +38,15 @@ def record(
 
 
 def _init(self: Any, *values: Any, **named: Any) -> None:
-    own, layout = vars(self), self._layout
+    own, layout = self.__dict__, self._layout
     own.update(layout.defaults)
-    own.update(zip(self.__match_args__, values))
+    if values:
+        own.update(zip(layout.names, values))
     own.update(named)
     for name, factory in layout.factories:
         if name not in own:
             own[name] = factory()
-    if own.keys() != self.__dataclass_fields__.keys() or not layout.is_free(values, named):
+    if own.keys() != layout.fields or (values and not layout.is_free(values, named)):
         _refuse(self, values, named)
     if layout.has_post_init:
         self.__post_init__()
@@ -56,7 +57,7 @@ class _Layout:
 
     def __init__(self, cls: Any):
         fields = cls.__dataclass_fields__
-        self.names = cls.__match_args__
+        self.names, self.fields = cls.__match_args__, fields.keys()
         self.defaults = {name: f.default for name, f in fields.items() if f.default is not MISSING}
         self.factories = [
             (name, f.default_factory) for name, f in fields.items() if f.default_factory is not MISSING
@@ -65,7 +66,8 @@ class _Layout:
 
     def is_free(self, values: tuple, named: dict[str, Any]) -> bool:
         """Whether each value has a name of its own."""
-        return len(values) <= len(self.names) and named.keys().isdisjoint(self.names[: len(values)])
+        n = len(values)
+        return n <= len(self.names) and (not named or named.keys().isdisjoint(self.names[:n]))
 
 
 def _refuse(self: Any, values: tuple, named: dict[str, Any]) -> None:

@@ -58,7 +58,10 @@ class StallWatch:
             self._began, self._since = now, time.perf_counter()
             return ""
         spent, t, steps, events = (b - a for a, b in zip(self._began, now, strict=True))
-        if spent < _WINDOW or (steps < _STEPS and events < _EVENTS):
+        if spent < _WINDOW:
+            self._since = time.perf_counter() - spent  # the window is not over before
+            return ""
+        if steps < _STEPS and events < _EVENTS:
             return ""
         if not self._run.method.adaptive and events < 0.5 * steps:
             return ""  # steps of fixed length get on as they are told to

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from symgen import Model, cos, sin, sqrt, t
+from symgen import Model, cos, dot, sin, sqrt, t
+from symgen.runtime.contact import coulomb, instant
+from symgen.runtime.contact.levels import NoSolution
 from symgen.runtime.errors import RuntimeModelError
 
 G = 9.81
@@ -270,3 +272,58 @@ def test_a_stop_that_is_driven_into_is_refused(method):
     solution = m.derive().run(t_end=1.0, method=method, step=None if method == "dop853" else 1e-3)
     assert solution.status == "failed"
     assert "the stops wall cannot all be kept at t = " in solution.message
+
+
+def on_a_ring() -> Model:
+    """A bead on a ring between two walls, of which one is soft, and pushed to and fro."""
+    m = Model("bead")
+    x, y = m.coordinate("x", start=0.6), m.coordinate("y", guess=-0.8)
+    m.kinetic((dot(x) ** 2 + dot(y) ** 2) / 2)
+    m.potential(9.81 * y)
+    m.force(x, 12 * cos(t))
+    m.constraint("ring", x**2 + y**2 - 1)
+    m.stop("hard", x + 0.1, 0.9)
+    m.stop("soft", 0.7 - x, 0.0)
+    return m
+
+
+def rod() -> Model:
+    m = Model("rod", gravity=(0, -G))
+    y, phi = m.coordinate("y", start=1.0), m.coordinate("phi", start=0.3)
+    m.body("rod", mass=1.0, inertia=1.0 / 12.0, com=(0, y), angle=phi)
+    m.stop("left", y - sin(phi) / 2, 0.4)
+    m.stop("right", y + sin(phi) / 2, 0.4)
+    return m
+
+
+@pytest.mark.parametrize("model", [on_a_ring, rod])
+def test_stops_without_frictions_take_the_short_way_to_the_same_bits(model, monkeypatch):
+    system = model().derive()
+    short = system.run(t_end=3.0, method="dop853")
+    made = instant.Instant.__init__
+
+    def as_if_there_were_frictions(self, *args):
+        made(self, *args)
+        self.has_frictions = True
+
+    monkeypatch.setattr(instant.Instant, "__init__", as_if_there_were_frictions)
+    whole = system.run(t_end=3.0, method="dop853")
+    actions = {event.action for event in short.events}
+    assert "impact" in actions and ("release" in actions or model is rod)
+    assert [repr(event) for event in short.events] == [repr(event) for event in whole.events]
+    np.testing.assert_array_equal(short.states, whole.states)
+
+
+def test_forces_of_stops_alone_are_those_of_the_whole_problem_to_the_bit():
+    random, nothing = np.random.default_rng(5), np.zeros(0)
+    for n in (1, 2, 3):
+        for _ in range(30):
+            root = random.normal(size=(n, n)) * 10.0 ** random.uniform(-3.0, 3.0)
+            compliance, free = root @ root.T, random.normal(size=n)
+            acting = random.uniform(size=n) < 0.8
+            whole = coulomb._linear_forces(compliance, free, acting, nothing, nothing, np.zeros((0, n)))
+            np.testing.assert_array_equal(coulomb.stop_forces(compliance, free, acting), whole)
+    for own, free in ((0.0, -1.0), (1.0, np.nan), (np.nan, -1.0), (1.0, -np.inf)):
+        for find in (coulomb.stop_forces, lambda *a: coulomb.lemke(a[0], a[1])):
+            with pytest.raises(NoSolution):
+                find(np.array([[own]]), np.array([free]), np.array([True]))

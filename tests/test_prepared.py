@@ -17,6 +17,7 @@ import pytest
 import symgen
 from symgen.runtime import Solution
 from symgen.runtime.checks import health
+from symgen.runtime.constraints import plain_assembly
 from symgen.runtime.errors import RunFailed, RuntimeModelError, UnknownNameError
 from symgen.runtime.integrate.forms import FORMS
 from symgen.runtime.integrate.methods import METHODS
@@ -232,6 +233,67 @@ def test_starts_are_assembled_where_they_do_not_fit():
     assert "cannot hold with the enforced values" in runs.message(1)
     with pytest.raises(RunFailed, match="cannot hold"):
         whole(None, off)
+
+
+# Without units: how far its coordinates go tells their sizes, and so how fast is at rest.
+SKATE = """
+name = "skate"
+[parameters]
+J = 1.0
+[coordinates]
+x = { start = 3.3 }
+y = { start = 100.0 }
+phi = { start = 0.5, rate = 0.2 }
+[energy]
+kinetic = "(dot(x)^2 + dot(y)^2 + J*dot(phi)^2)/2"
+[velocity_constraints]
+edge = "sin(phi)*dot(x) - cos(phi)*dot(y)"
+"""
+
+
+@pytest.mark.parametrize(
+    "model, start, parameters",
+    [
+        ("slider_crank", ["theta", "dot(theta)"], ["r", "l", "m"]),  # a coordinate without mass
+        ("rolling_disc", ["dot(yaw)", "dot(spin)"], ["m"]),
+        (SKATE, ["phi", "y", "dot(x)"], ["J"]),
+    ],
+    ids=("slider_crank", "rolling_disc", "skate"),
+)
+def test_starts_of_rows_are_assembled_at_once_to_the_bits_of_one(model, start, parameters, monkeypatch):
+    model = symgen.Model.from_toml(model).derive() if model is SKATE else system(model)
+    run = model.prepare(0.01, start=start, parameters=parameters, method="dop853")
+    random = np.random.default_rng(3)
+    p, y0 = np.array(run._nominal_p), run.nominal_start
+    P = p * random.uniform(0.9, 1.1, (6, len(p)))
+    Y0 = y0 + 0.1 * random.uniform(-1.0, 1.0, (6, len(y0)))
+    starts = plain_assembly.assemble_plain
+    made = []
+    monkeypatch.setattr(
+        plain_assembly, "assemble_plain", lambda *args: made.append(starts(*args)) or made[-1]
+    )
+    runs = run.many(P, Y0)
+    assert runs.ok.all()
+    ((states, done),) = made
+    assert done.all()
+    for state, y, row, own in zip(states, runs.y, P, Y0, strict=True):
+        np.testing.assert_array_equal(state, run.assemble(own, row))
+        solution = model.run(0.01, method="dop853", **asked(run, row, own))
+        np.testing.assert_array_equal(y, solution.states[-1])
+
+
+def test_rows_that_cannot_be_assembled_leave_the_others_as_they_are():
+    run = system("slider_crank").prepare(0.01, start=["theta"], parameters=["r", "l"], method="dop853")
+    P = run._nominal_p * np.ones((4, 1))
+    P[1, 1] = 0.2 * P[1, 0]  # a rod that is shorter than its end is high
+    P[2, 1] = np.nan
+    Y0 = np.full((4, 1), 1.3)
+    runs = run.many(P, Y0)
+    assert runs.status.tolist() == [here.SUCCESS, here.REFUSED_START, here.NOT_FINITE_INPUT, here.SUCCESS]
+    with pytest.raises(RuntimeModelError) as refused:
+        run.assemble(Y0[1], P[1])
+    assert runs.message(1) == str(refused.value)
+    np.testing.assert_array_equal(runs.y[[0, 3]], np.tile(run(P[0], Y0[0]), (2, 1)))
 
 
 def test_parameters_that_move_the_assembly_or_the_scale_of_energy():

@@ -573,13 +573,17 @@ class Extent:
 
 
 def _angles(system: System, n: int) -> np.ndarray:
-    """Which coordinates and rates are angles, numbers of quaternions, and their rates, shape (n,)."""
+    """Return which coordinates and rates are angles or numbers of quaternions, shape (n,); it must not be changed."""
+    kept = vars(system).setdefault("_angles_of_states", {})
+    if n in kept:
+        return kept[n]
     found, positions = np.zeros(n, dtype=bool), Positions(system)
     of_coordinates = np.array([record["unit"] in ANGLES for record in system.coordinates], dtype=bool)
     for i, _ in positions.quaternions:
         of_coordinates[i : i + 4] = True
     found[: system.nq] = of_coordinates
     found[system.nq : system.nq + system.nv] = positions.per_rate(of_coordinates, True)
+    kept[n] = found
     return found
 
 

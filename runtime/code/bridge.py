@@ -56,6 +56,19 @@ class _KernelCall:
 
 call_kernel = _KernelCall()
 
+_NOTHING = ctypes.c_char * 0
+
+
+def address_of(array: np.ndarray) -> int:
+    """Return where the numbers of a C-contiguous array are, in a third of the time that `array.ctypes.data` takes.
+
+    It is valid as long as the array lives.
+    """
+    try:
+        return ctypes.addressof(_NOTHING.from_buffer(array))
+    except TypeError:  # it is read-only
+        return array.ctypes.data
+
 
 @functools.lru_cache(maxsize=256)
 def _callable(address: int):
@@ -99,8 +112,8 @@ def evaluate_rows(
     """
     n_p = p.shape[1] if p.ndim == 2 else 0
     rows_caller()(
-        int(address), len(times), times.ctypes.data, states.ctypes.data, states.shape[1], p.ctypes.data,
-        n_p, out.ctypes.data, out.shape[1],
+        int(address), len(times), address_of(times), address_of(states), states.shape[1], address_of(p), n_p,
+        address_of(out), out.shape[1],
     )  # fmt: skip
 
 

@@ -23,10 +23,11 @@ if TYPE_CHECKING:
 
 _SMALL_CHANGE = 1e-6  # of parameters: what they make of the constraints' terms
 _FAR = 30.0  # terms of a constraint: a change by more says that the sizes are not those of the model
-_DIVIDED_BY = 4.0
+_DIVIDED_BY, _AT_ONCE = 4.0, 16
+_DIVIDED = _DIVIDED_BY ** -np.arange(float(_AT_ONCE))
 _SMALLEST = 1e-30
 _MOST_REMEMBERED = 16
-_PARTS = (1.0 / 16.0, 1.0 / 37.0)  # of a long way,
+_LONG_AND_PARTS = (1.0, 1.0 / 16.0, 1.0 / 37.0)  # a long way, parts of it,
 _TURNS = 100.0  # [rad]
 _STRAIGHT = 0.3  # and what they may change of what all of it does
 
@@ -40,6 +41,55 @@ class PositionConstraints(Protocol):
     def position(self, q: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:
         """Return the residuals of positions, perhaps with other parameters."""
 
+    def residuals(self, places: np.ndarray) -> np.ndarray:
+        """Return them at several places, shape (k, nh)."""
+
+
+class Units:
+    """Which coordinates, parameters and inputs of a model have one unit: what is large is large beside these.
+
+    Attributes
+    ----------
+    bare : ndarray of int
+        Coordinates without a unit that are no numbers of quaternions.
+    """
+
+    def __init__(self, system: System):
+        records = [*system.coordinates, *system.parameters, *system.inputs]
+        units = [record["unit"] for record in records]
+        turned = {k for i in system.quaternions for k in range(i, i + 4)}
+        self.bare = np.array([k for k in range(system.nq) if units[k] == "" and k not in turned], dtype=int)
+        self._angles = np.array([unit in ANGLES for unit in units[: system.nq]], dtype=bool)
+        names = list(dict.fromkeys(units))
+        numbers = np.array([names.index(unit) for unit in units])
+        self._of_coordinates = numbers[: system.nq]
+        self._together = np.argsort(numbers, kind="stable")
+        self._first = np.searchsorted(numbers[self._together], np.arange(len(names)))
+
+    def sizes(self, q: np.ndarray, p: np.ndarray) -> np.ndarray:
+        """Return 1 for angles, else the largest value with a coordinate's unit, or 1 where all are zero.
+
+        Parameters
+        ----------
+        q, p : ndarray, shapes (..., nq) and (..., at least the number of parameters and inputs)
+
+        Returns
+        -------
+        ndarray, shape (..., nq)
+        """
+        values = np.abs(np.concatenate([q, p], axis=-1)[..., self._together])
+        largest = np.fmax(np.fmax.reduceat(values, self._first, axis=-1), 0.0)
+        sizes = np.where(largest != 0.0, largest, 1.0)[..., self._of_coordinates]
+        return np.where(self._angles, 1.0, sizes)
+
+
+def units_of(system: System) -> Units:
+    """Return the units of a model, which are looked for once."""
+    found = vars(system).get("_units_of_sizes")
+    if found is None:
+        found = vars(system)["_units_of_sizes"] = Units(system)
+    return found
+
 
 def coordinate_sizes(
     system: System, constraints: PositionConstraints, q: np.ndarray, p: np.ndarray
@@ -49,15 +99,9 @@ def coordinate_sizes(
     1 for angles. Where there is a unit, the largest value among coordinates and parameters that have it. Without one 1,
     or the largest value of such coordinates, unless constraints are not of that size.
     """
-    records = [*system.coordinates, *system.parameters, *system.inputs]
-    largest: dict[str, float] = {}
-    for record, value in zip(records, np.abs(np.concatenate([q, p]))):
-        largest[record["unit"]] = max(largest.get(record["unit"], 0.0), float(value))
-    units = [record["unit"] for record in system.coordinates]
-    sizes = np.array([1.0 if unit in ANGLES else largest[unit] or 1.0 for unit in units])
-    bare = np.array([unit == "" for unit in units])
-    bare[[k for i in system.quaternions for k in range(i, i + 4)]] = False
-    if bare.any():
+    units = units_of(system)
+    sizes, bare = units.sizes(q, p), units.bare
+    if len(bare):
         sizes[bare] = max(1.0, np.abs(q[bare]).max())
         if system.nh and np.isfinite(q).all():
             sizes = _remembered(system, constraints, q, sizes, bare)
@@ -65,7 +109,7 @@ def coordinate_sizes(
 
 
 def _remembered(
-    system: System, constraints: PositionConstraints, q: np.ndarray, sizes: np.ndarray, bare: np.ndarray
+    system: System, constraints: PositionConstraints, q: np.ndarray, sizes: np.ndarray, which: np.ndarray
 ) -> np.ndarray:
     """What `_fit` makes of the sizes; the start of a run is asked for several times."""
     known = vars(system).setdefault("_fitted_sizes", {})
@@ -74,6 +118,8 @@ def _remembered(
         if len(known) >= _MOST_REMEMBERED:
             known.clear()
         with np.errstate(over="ignore", invalid="ignore"):
+            bare = np.zeros(len(q), dtype=bool)
+            bare[which] = True
             _fit(constraints, q, sizes, bare)
         known[key] = sizes
     return known[key].copy()
@@ -83,10 +129,14 @@ def _fit(constraints: PositionConstraints, q: np.ndarray, sizes: np.ndarray, bar
     """Make the sizes of coordinates without units smaller, where constraints say so."""
     at = constraints.position(q)
 
-    def change(where: np.ndarray) -> np.ndarray:
-        """How much the constraints change where some coordinates move by their sizes."""
-        moved = np.abs(constraints.position(q + where * sizes) - at)
+    def changes(steps: np.ndarray) -> np.ndarray:
+        """How much the constraints change by some steps of the coordinates."""
+        moved = np.abs(constraints.residuals(q + steps) - at)
         return np.where(np.isfinite(moved), moved, np.inf)
+
+    def change(where: np.ndarray) -> np.ndarray:
+        """How much they change where some coordinates move by their sizes."""
+        return changes((where * sizes)[None])[0]
 
     each = np.eye(len(q))
     for k in np.flatnonzero(bare & (sizes > 1.0)):
@@ -98,7 +148,7 @@ def _fit(constraints: PositionConstraints, q: np.ndarray, sizes: np.ndarray, bar
     # What returns is an angle, however small all of them are here.
     waiting = [k for k in np.flatnonzero(bare) if _goes_on(constraints, q, at, _TURNS * each[k])]
     while waiting:
-        left = [k for k in waiting if not _shrink(sizes, k, lambda k=k: change(each[k]), terms)]
+        left = [k for k in waiting if not _shrink(sizes, k, changes, terms)]
         if len(left) == len(waiting):
             return
         waiting = left
@@ -108,22 +158,31 @@ def _fit(constraints: PositionConstraints, q: np.ndarray, sizes: np.ndarray, bar
         terms = np.where(terms > 0.0, terms, np.where(np.isfinite(reach), reach, 0.0))
 
 
-def _shrink(sizes: np.ndarray, k: int, change: Callable[[], np.ndarray], terms: np.ndarray) -> bool:
+def _shrink(
+    sizes: np.ndarray, k: int, changes: Callable[[np.ndarray], np.ndarray], terms: np.ndarray
+) -> bool:
     """Make a size such that it changes a constraint by no more than its terms; False where no constraint says so."""
-    first = change()
+    steps = np.zeros((_AT_ONCE, len(sizes)))
+    steps[0, k] = sizes[k]
+    first = changes(steps[:1])[0]
     says = (first > 0.0) & (terms > 0.0)
     if not says.any():
         return False
     if (first[says] <= _FAR * terms[says]).any():
         return True
-    while sizes[k] > _SMALLEST and not (change()[says] <= terms[says]).any():
-        sizes[k] /= _DIVIDED_BY
+    while sizes[k] > _SMALLEST:
+        steps[:, k] = sizes[k] * _DIVIDED  # powers of two: as exact as one after another
+        enough = (changes(steps)[:, says] <= terms[says]).any(axis=1) | ~(steps[:, k] > _SMALLEST)
+        if enough.any():
+            sizes[k] = steps[np.argmax(enough), k]
+            return True
+        sizes[k] = steps[-1, k] / _DIVIDED_BY
     return True
 
 
 def _goes_on(constraints: PositionConstraints, q: np.ndarray, at: np.ndarray, step: np.ndarray) -> bool:
     """Whether all constraints go on changing along a step, as they do with lengths: angles of many turns return."""
-    whole, *parts = (np.abs(constraints.position(q + part * step) - at) for part in (1.0, *_PARTS))
+    whole, *parts = np.abs(constraints.residuals(q + np.outer(_LONG_AND_PARTS, step)) - at)
     return bool((np.maximum(*parts) <= _STRAIGHT * whole).all())
 
 
@@ -140,10 +199,10 @@ def _odd(n: int) -> np.ndarray:
     return np.cos(1.0 + np.arange(n) ** 1.5)
 
 
-_NEAR = 1e-2  # of the characteristic sizes: where else G is looked at, since an entry may vanish at one place
-_ROUND_OFF = 1e-13  # of a constraint's value: a change that is none
-_DIGITS = 0.03  # of what all of a coordinate's value changes: what round-off of it leaves is then no error
-_SLOWEST = 1e-6  # characteristic sizes per second below which rates are not told from rest
+NEAR = 1e-2  # of the characteristic sizes: where else G is looked at, since an entry may vanish at one place
+ROUND_OFF = 1e-13  # of a constraint's value: a change that is none
+DIGITS = 0.03  # of what all of a coordinate's value changes: what round-off of it leaves is then no error
+SLOWEST = 1e-6  # characteristic sizes per second below which rates are not told from rest
 
 
 class Constraints:
@@ -169,6 +228,16 @@ class Constraints:
     def position(self, q: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:
         """Return Φ(q, t), shape (nh,), with other parameters if any are given."""
         return self._call("constraint_residual", q, np.zeros(self._system.nv), p)[: self._system.nh]
+
+    def residuals(self, places: np.ndarray) -> np.ndarray:
+        """Return Φ at several places, shape (k, nh), to the same bits."""
+        system, k = self._system, len(places)
+        states = np.zeros((k, system.nq + system.nv))
+        states[:, : system.nq] = places
+        kernel = system.kernel("constraint_residual")
+        return kernel.rows(np.full(k, self.t), states, np.ascontiguousarray(self.p, dtype=float))[
+            :, : system.nh
+        ]
 
     def velocity(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return the velocity residual of all constraints, shape (m,)."""
@@ -230,7 +299,7 @@ class Constraints:
         One that does not change, but for round-off, is held against its own value.
         """
         system, n = self._system, sizes.size
-        near = [q, *(self.positions.retract(q, _NEAR * sizes * step) for step in _random_steps(n))]
+        near = [q, *(self.positions.retract(q, NEAR * sizes * step) for step in random_steps(n))]
         states = np.zeros((len(near), system.nq + n))
         states[:, : system.nq] = near
         kernel = system.kernel(kernel_of_jacobian(system))
@@ -238,21 +307,21 @@ class Constraints:
         change = largest_in_rows(system, entries, np.tile(sizes, (len(near), 1)))[:, : system.nh]
         scales = np.fmax.reduce(np.where(np.isfinite(change), change, 0.0))
         at = self.positions.per_rate(q, 0.0)
-        scales = np.fmax(scales, _DIGITS * largest_in_rows(system, entries[:1], at[None])[0, : system.nh])
+        scales = np.fmax(scales, DIGITS * largest_in_rows(system, entries[:1], at[None])[0, : system.nh])
         values = np.abs(self.position(q))
-        scales = np.where(scales > _ROUND_OFF * values, scales, values)
+        scales = np.where(scales > ROUND_OFF * values, scales, values)
         return np.where(scales > 0.0, scales, 1.0)
 
     def velocity_scales(self, q: np.ndarray, v: np.ndarray, sizes: np.ndarray) -> np.ndarray:
         """Return the largest term of each velocity residual, shape (m,), or that of a very slow motion."""
         terms = self.largest_in_rows(q, v, v), np.abs(self.velocity(q, np.zeros_like(v)))
-        slow = self.largest_in_rows(q, v, sizes) * _SLOWEST
+        slow = self.largest_in_rows(q, v, sizes) * SLOWEST
         scales = np.maximum(np.maximum(*terms), slow)
         return np.where(scales > 0.0, scales, 1.0)
 
 
 @functools.lru_cache(maxsize=16)
-def _random_steps(n: int) -> np.ndarray:
+def random_steps(n: int) -> np.ndarray:
     """Return two times n numbers between -1 and 1, the same each time."""
     return np.random.default_rng(20240229).uniform(-1.0, 1.0, (2, n))
 

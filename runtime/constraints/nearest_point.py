@@ -71,14 +71,14 @@ RANK_TOLERANCE = 1e-8  # singular values below this part of the largest are zero
 _MAX_STEPS = 100
 _MAX_SLIDES = 60
 _DAMPINGS = (0.0, 1e-4, 1e-2, 1e-1, 1.0, 10.0)  # in parts of the largest singular value
-_SLOW = 1.0 - 1e-9
-_LONGEST_STEP = (
+SLOW = 1.0 - 1e-9
+LONGEST_STEP = (
     0.5  # in characteristic sizes: a longer one leaves the region where the linear model says anything
 )
 _LARGEST_HESSIAN = 40  # directions; above this the curvature costs more than the steps it saves
 _DIFFERENCE = 1e-5
-_MASSLESS = 1e-10  # of the largest mass: what coordinates without mass count as
-_SINGULAR = 1e-12  # ratio of eigenvalues below which a mass matrix counts as singular
+MASSLESS = 1e-10  # of the largest mass: what coordinates without mass count as
+SINGULAR = 1e-12  # ratio of eigenvalues below which a mass matrix counts as singular
 _SPREADS = (0.1, 0.3, 1.0, 3.0)  # of the characteristic sizes, for restarts from perturbed guesses
 
 
@@ -137,7 +137,7 @@ def solve(problem: Problem, z: np.ndarray) -> np.ndarray:
         found = _decreasing_step(problem, z, r)
         if found is None:
             break
-        slow = worst(r) > SOLVED and np.linalg.norm(found[1]) > _SLOW * np.linalg.norm(r)
+        slow = worst(r) > SOLVED and np.linalg.norm(found[1]) > SLOW * np.linalg.norm(r)
         z, r = found
         if slow:
             break
@@ -166,7 +166,7 @@ def _decreasing_step(problem: Problem, z: np.ndarray, r: np.ndarray) -> tuple[np
 
 def _shortened(step: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     longest = worst(step / sizes)
-    return step * min(1.0, _LONGEST_STEP / longest) if longest else step
+    return step * min(1.0, LONGEST_STEP / longest) if longest else step
 
 
 def null_space(jacobian: np.ndarray) -> tuple[int, np.ndarray]:
@@ -237,12 +237,12 @@ def metric(mass: np.ndarray) -> np.ndarray:
     diagonal = np.diag(mass)
     massless = ~mass.any(axis=0) & ~mass.any(axis=1)
     if massless.any() and not massless.all():
-        mass = mass + np.diag(_MASSLESS * diagonal.max() * massless)
+        mass = mass + np.diag(MASSLESS * diagonal.max() * massless)
         diagonal = np.diag(mass)
     if np.isfinite(mass).all() and diagonal.size and diagonal.min() > 0.0:
         root = np.sqrt(diagonal)
         values = np.linalg.eigvalsh(mass / np.outer(root, root))
-        if values[0] > _SINGULAR * values[-1]:
+        if values[0] > SINGULAR * values[-1]:
             return np.linalg.cholesky(mass)
     return np.eye(len(mass))
 

@@ -138,6 +138,8 @@ def coulomb_forces(
     Paradox
     """
     n, k = len(free), len(levels.fixed)
+    if not k:
+        return stop_forces(here.compliance, free, acting), np.zeros(0)
     n_stops = n - k
     still = acting[n_stops:]
     if still[circles].any():
@@ -156,6 +158,28 @@ def coulomb_forces(
     else:
         raise Paradox
     return x, c + slope @ x
+
+
+def stop_forces(compliance: np.ndarray, free: np.ndarray, acting: np.ndarray) -> np.ndarray:
+    """Return the forces of stops alone, shape (n,): what `_linear_forces` gives without frictions, to the bit."""
+    x, places = np.zeros(len(free)), np.flatnonzero(acting)
+    if len(places) == 1:
+        (i,) = places
+        x[i] = _lone(float(compliance[i, i]), float(free[i]))
+    elif len(places):
+        x[places] = _by_parts(compliance[np.ix_(places, places)], free[places])
+    return x
+
+
+def _lone(own: float, q: float) -> float:
+    """Return what `lemke` finds for one row: -q / own in its scale, or 0 where q is not negative."""
+    if q >= 0.0 and math.isfinite(q):
+        return 0.0
+    scale = 1.0 / math.sqrt(own) if own > 0.0 else 1.0
+    size, scaled = abs(q * scale), own * (scale * scale)
+    if not math.isfinite(size) or not scaled > _ROUND_OFF:
+        raise NoSolution
+    return 1.0 / scaled * scale * size
 
 
 def _linear_forces(

@@ -31,6 +31,7 @@ BALANCED = 1e-6  # of the accelerations that a force balances: more than round-o
 ROUNDED = 1e-13  # of the accelerations that a force balances
 LIMIT_ROUNDED = 1e-10  # of the range of a friction force
 AHEAD = 1e-7  # of the time that the motion takes to change
+_EPS = float(np.finfo(float).eps)
 _SURELY_SEEN = 64.0  # times round-off: a flight that high is not lost between a rebound and its end
 
 
@@ -50,6 +51,8 @@ class Instant:
     senses : ndarray
         In which direction each friction slides: 1, -1, or 0 where it sticks or is smooth. Of one with two directions,
         which counts as two, the components of a unit vector.
+    has_frictions : bool
+        Whether there are frictions at all.
     turning, aimed : ndarray of bool
         Which frictions with two directions slide against the motion, and which along `senses`, see
         `symgen/derive/contacts.py`.
@@ -62,7 +65,7 @@ class Instant:
         self.layout = Layout(system)
         self.equations = ContactEquations(system, self.layout)
         self.n_stops, self.n = kinds.count("stop"), len(kinds)
-        self.normals = normals_of(system)
+        self.normals, self.has_frictions = normals_of(system), self.n > self.n_stops
         self._smooth, self._creeps = smooth_frictions(system), creeping_frictions(system)
         self._coupled = ~np.array([given(normal) for normal in self.normals], dtype=bool)
         self.closed = np.zeros(self.n_stops, dtype=bool)
@@ -77,6 +80,8 @@ class Instant:
         self._places_of_settings = system.settings_of_switches
         self._unpressed = np.zeros(self.n_stops, dtype=bool)  # closed stops that bear nothing yet
         self._last: tuple[tuple, LocalDynamics] | None = None
+        # Of the equations and rates for which they were asked last: it is asked a dozen times at an event.
+        self._tolerances: tuple[LocalDynamics, tuple, np.ndarray] | None = None
         # Gaps and speeds that are zero within the tolerances, when last asked.
         self._zero: np.ndarray | None = None
 
@@ -84,8 +89,9 @@ class Instant:
     def settings(self) -> np.ndarray:
         """The numbers in `p` that say all this."""
         layout, values = self.layout, np.zeros(self.layout.n_settings)
-        values[layout.closed], values[layout.stuck] = self.closed, self.stuck
-        values[layout.sense] = self.senses
+        values[layout.closed] = self.closed
+        if self.has_frictions:
+            values[layout.stuck], values[layout.sense] = self.stuck, self.senses
         if len(layout.circles):
             first = layout.circles[:, 0]
             values[layout.turns], values[layout.aimed] = self.turning[first], self.aimed[first]
@@ -147,6 +153,8 @@ class Instant:
 
     @property
     def _at_rest(self) -> np.ndarray:
+        if not self.has_frictions:
+            return self.closed
         return np.concatenate([self.closed, (self.stuck & ~self.aimed) | self.resting])
 
     def bands(self) -> np.ndarray:
@@ -156,6 +164,13 @@ class Instant:
         is known to round-off. The force of a closed stop that bears nothing is zero but for what does not tell.
         """
         here = self._here()
+        bands = self._bands_of_all(here) if self.has_frictions else self._bands_of_stops(here)
+        if (unpressed := self._unpressed & self.closed).any():
+            undecided = UNDECIDED * here.sizes_of_free / np.maximum(here.own, 1e-300)
+            bands[: self.n_stops][unpressed] = undecided[: self.n_stops][unpressed]
+        return bands
+
+    def _bands_of_all(self, here: LocalDynamics) -> np.ndarray:
         tolerances = self._slow(here)
         widths = np.concatenate([self._gap_tolerances(here), tolerances])
         moving = np.concatenate(
@@ -167,11 +182,11 @@ class Instant:
         others = self._smooth.copy()
         others[self.layout.circles[:, 1]] = True
         free = ~self._at_rest & ~np.concatenate([np.zeros(self.n_stops, dtype=bool), others])
-        bands = np.where(free, np.where(moving, 0.0, widths), np.nan)
-        if (unpressed := self._unpressed & self.closed).any():
-            undecided = UNDECIDED * here.sizes_of_free / np.maximum(np.diag(here.compliance), 1e-300)
-            bands[: self.n_stops][unpressed] = undecided[: self.n_stops][unpressed]
-        return bands
+        return np.where(free, np.where(moving, 0.0, widths), np.nan)
+
+    def _bands_of_stops(self, here: LocalDynamics) -> np.ndarray:
+        moving = np.abs(here.speeds) > self._speed_tolerances(here)
+        return np.where(self.closed, np.nan, np.where(moving, 0.0, self._gap_tolerances(here)))
 
     def _sliding(self, here: LocalDynamics) -> np.ndarray:
         """How fast each friction slides; both directions of one that has two say how fast it does."""
@@ -231,10 +246,14 @@ class Instant:
 
     def _pressed(self, touching: np.ndarray) -> np.ndarray:
         """Which frictions can act: all but those on a stop that is open."""
+        if not self.has_frictions:
+            return np.zeros(0, dtype=bool)
         return np.array([stop is None or touching[stop] for stop, _ in self.normals], dtype=bool)
 
     def _levels(self, still: np.ndarray, here: LocalDynamics | None = None) -> Levels:
         """How large frictions can be: those that are `still` before they begin to slide, the others while they do."""
+        if not self.has_frictions:
+            return Levels(np.zeros(0), np.zeros(0), self.normals)
         _, _, sliding, static = self._watched(here)
         level = np.maximum(np.where(still, static, sliding), 0.0)
         fixed, coefficients = (np.where(which, level, 0.0) for which in (~self._coupled, self._coupled))
@@ -253,7 +272,7 @@ class Instant:
     def _forces(
         self, here: LocalDynamics, acting: np.ndarray, levels: Levels
     ) -> tuple[np.ndarray, np.ndarray]:
-        directions = self._directions(here)
+        directions = self._directions(here) if self.has_frictions else self.senses
         circles = self.layout.circles
         return self._solved(
             lambda: coulomb_forces(here, here.free, acting, directions, levels, circles=circles)
@@ -283,16 +302,20 @@ class Instant:
 
     def _gap_tolerances(self, here: LocalDynamics) -> np.ndarray:
         """How much of each gap the tolerances of the run leave open."""
-        c, rows = self.arrays.control, np.abs(here.rows[: self.n_stops]).sum(axis=1)
-        sizes = here.sizes[: self.n_stops]
-        return np.maximum(rows * (c[at.ATOL] + c[at.RTOL] * sizes), self._round_off(here))
+        c, n = self.arrays.control, self.n_stops
+        left = c[at.ATOL] + c[at.RTOL] * here.sizes[:n]
+        return np.maximum(here.row_sums[:n] * left, self._round_off(here))
 
     def _round_off(self, here: LocalDynamics) -> np.ndarray:
         """How large a gap may be and still be zero but for round-off."""
-        rows = np.abs(here.rows[: self.n_stops]).sum(axis=1)
-        return _SURELY_SEEN * np.finfo(float).eps * rows * here.sizes[: self.n_stops]
+        return _SURELY_SEEN * _EPS * here.row_sums[: self.n_stops] * here.sizes[: self.n_stops]
 
     def _speed_tolerances(self, here: LocalDynamics) -> np.ndarray:
+        """Rates of gaps and sliding speeds, shape (n,), that are zero within the tolerances of the run."""
         c, v = self.arrays.control, self.arrays.y[self.system.nq : self.system.nq + self.system.nv]
-        rows = np.abs(here.rows)
-        return rows.sum(axis=1) * (c[at.ATOL] + 1e-15) + max(c[at.RTOL], 1e-15) * (rows @ np.abs(v))
+        atol, rtol = float(c[at.ATOL]), float(c[at.RTOL])
+        key = (atol, rtol, v.tobytes())
+        if self._tolerances is None or self._tolerances[0] is not here or self._tolerances[1] != key:
+            moving = max(rtol, 1e-15) * (here.row_sizes @ np.abs(v))
+            self._tolerances = here, key, here.row_sums * (atol + 1e-15) + moving
+        return self._tolerances[2]

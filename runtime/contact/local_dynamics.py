@@ -144,7 +144,10 @@ class Place:
     def is_of(self, mass: np.ndarray, constraints: np.ndarray, rows: np.ndarray) -> bool:
         """Whether these are M, G and W, to the bit."""
         own, others = (self.rows, self.mass, self.constraints), (rows, mass, constraints)
-        return all(np.array_equal(one, other) for one, other in zip(own, others, strict=True))
+        pairs = zip(own, others, strict=True)
+        if self.is_small:
+            return all(one.tobytes() == other.tobytes() for one, other in pairs)
+        return all(np.array_equal(one, other) for one, other in pairs)
 
     def solve(self, forces: np.ndarray, gamma: np.ndarray, gamma_of_rows: np.ndarray) -> Solution:
         """Solve for the accelerations by f and γ, those of the rows among them, and for what forces in the rows do."""
@@ -223,15 +226,14 @@ class ContactEquations:
 
     def place(self, *matrices: np.ndarray) -> Place:
         """Return the place with M, G and W: the last one, if it has the same, so that its factors serve again."""
-        new = Place(*matrices)
-        if new.is_small:
-            return new
         if self._place is None or not self._place.is_of(*matrices):
-            self._place = new
+            self._place = Place(*matrices)
         return self._place
 
 
-_OF_ROWS = ("_parts", "sizes_of_free", "reached", "sizes")  # what is kept, but follows from the rows
+_OF_ROWS = (  # what is kept, but follows from the rows
+    "_parts", "sizes_of_free", "reached", "sizes", "row_sizes", "row_sums", "own", "led",
+)  # fmt: skip
 
 
 class LocalDynamics:
@@ -267,6 +269,16 @@ class LocalDynamics:
         self.speeds = residual[closed.nh :][equations.own]
 
     @functools.cached_property
+    def row_sizes(self) -> np.ndarray:
+        """The magnitudes of the entries of W, shape (n, nv)."""
+        return np.abs(self.rows)
+
+    @functools.cached_property
+    def row_sums(self) -> np.ndarray:
+        """Their sums, shape (n,)."""
+        return self.row_sizes.sum(axis=1)
+
+    @functools.cached_property
     def _mass(self) -> np.ndarray:
         system = self._equations.system
         return system.kernel("mass_matrix")(self.t, self.state, self._p).reshape(system.nv, system.nv)
@@ -283,6 +295,11 @@ class LocalDynamics:
     def compliance(self) -> np.ndarray:
         """W H Wᵀ, shape (n, n), where H f are the accelerations that forces f cause."""
         return self._solution.compliance
+
+    @functools.cached_property
+    def own(self) -> np.ndarray:
+        """The diagonal of `compliance`: what a unit of each force does in its own row."""
+        return np.diag(self.compliance)
 
     @property
     def free(self) -> np.ndarray:
@@ -352,12 +369,12 @@ class LocalDynamics:
         """What forces μ add to λ, shape (m, n)."""
         return self._solution.multiplier_responses
 
-    @property
+    @functools.cached_property
     def led(self) -> np.ndarray:
         """Whose gap or sliding the model's constraints prescribe, shape (n,): forces do not change it."""
         inertia = self._mass.diagonal()
         alone = self.rows**2 @ np.divide(1.0, inertia, out=np.zeros(len(inertia)), where=inertia > 0.0)
-        return self.compliance.diagonal() <= _LED * alone
+        return self.own <= _LED * alone
 
     @property
     def has_dependent_constraints(self) -> bool:

@@ -46,6 +46,8 @@ class Holding(LoneFriction):
         What begins to slide takes its sliding force, and the rest is looked at again. Sets `senses`, `aimed` and
         `resting`.
         """
+        if not self.has_frictions:
+            return self._settle_stops(touching, struck)
         waiting, left = still, self._not_needed(touching)
         while True:
             here, levels = self._here(), self._levels(still)
@@ -82,6 +84,22 @@ class Holding(LoneFriction):
         in_touch = touching & (here.speeds[: self.n_stops] <= self._speed_tolerances(here)[: self.n_stops])
         self._check_unique(here, in_touch, kept[self.n_stops :], levels, forces)
         return self._with_aims(here, kept, levels, forces)
+
+    def _settle_stops(self, touching: np.ndarray, struck: np.ndarray) -> np.ndarray:
+        """Find which stops stay closed where there are no frictions, as `_settle` does."""
+        here, levels, none = self._here(), self._levels(self.stuck), self.stuck
+        touching, forces, _ = self._landed(here, touching, none, levels)
+        if not touching.any():
+            self._unpressed = np.zeros_like(touching)
+            return touching
+        accelerations = here.free + here.compliance @ forces
+        forces = self._borne_by_few(here, touching, levels, forces, same_motion=True)
+        held = touching & self._press(here, forces)
+        weak = self._weak(here, touching & struck, forces, accelerations)
+        pressing = self._about_to_press(here, touching, weak, forces)
+        kept = _independent(here.compliance, [held & ~weak, *pressing], np.arange(self.n))
+        self._unpressed = kept & weak
+        return kept
 
     def _evened(
         self, here: LocalDynamics, acting: np.ndarray, levels: Levels, forces: np.ndarray, most: np.ndarray
@@ -146,7 +164,7 @@ class Holding(LoneFriction):
         rows = self.layout.circles[:, 0]
         aimed, turns = self.aimed[rows], self.turning[rows]
         turned = here.turned(self.layout.turned(self.senses, self.aimed | self.turning))
-        across, own = self.n_stops + self.layout.circles[:, 1], np.diag(turned.compliance)
+        across, own = self.n_stops + self.layout.circles[:, 1], turned.own
         guided = _follow(turned.compliance, kept)[across] | (
             own[across] <= _GUIDED * own[self.n_stops + rows]
         )
@@ -160,7 +178,7 @@ class Holding(LoneFriction):
             kept = more
         step, along = self.arrays.fixed_step, self.n_stops + rows
         c, slope = levels.linear(here, forces, 1.0)
-        stopping = (c + slope @ forces)[rows] * np.diag(turned.compliance)[along]
+        stopping = (c + slope @ forces)[rows] * turned.own[along]
         beginning = (turned.free + turned.compliance @ (turned.rotation @ forces))[along]
         tolerance = max(float(self.arrays.control[at.RTOL]), _FINEST)
         angles = np.full(len(rows), (6.0 * tolerance) ** (1.0 / 3.0))
@@ -238,10 +256,9 @@ class Holding(LoneFriction):
 
     def _press(self, here: LocalDynamics, forces: np.ndarray) -> np.ndarray:
         """Which stops bear a force that is more than round-off of the accelerations which it balances."""
-        pull = (np.diag(here.compliance) * forces)[: self.n_stops]
+        pull = (here.own * forces)[: self.n_stops]
         return (
-            pull
-            > ROUNDED * (np.abs(here.rows) @ np.abs(here.accelerations(np.zeros(self.n))))[: self.n_stops]
+            pull > ROUNDED * (here.row_sizes @ np.abs(here.accelerations(np.zeros(self.n))))[: self.n_stops]
         )
 
     def _landed(
@@ -257,16 +274,17 @@ class Holding(LoneFriction):
         rising = here.speeds[: self.n_stops] > self._speed_tolerances(here)[: self.n_stops]
         while True:
             try:
-                forces, most = self._forces(
-                    here, np.concatenate([touching, still & self._pressed(touching)]), levels
-                )
+                acting = touching
+                if self.has_frictions:
+                    acting = np.concatenate([touching, still & self._pressed(touching)])
+                forces, most = self._forces(here, acting, levels)
             except ContactError:
                 if not (touching & rising).any():
                     raise
                 touching &= ~rising
                 continue
             # Left out alone, a gap that is pressed shut would fall with this acceleration.
-            pull = np.diag(here.compliance)[: self.n_stops] * forces[: self.n_stops]
+            pull = here.own[: self.n_stops] * forces[: self.n_stops]
             flight = np.where(touching & (pull > 0.0), np.maximum(here.speeds[: self.n_stops], 0.0) ** 2, 0.0)
             excess = flight - 2.0 * pull * heights
             if not (touching & (excess > 0.0)).any():
@@ -295,7 +313,7 @@ class Holding(LoneFriction):
         close = np.where(shared[self.n_stops :], AT_LIMIT, 2.0 * LIMIT_ROUNDED)
         # Beside forces that are far larger its limit is not known: what is accelerated all the same does not stick.
         terms = (np.abs(here.free) + np.abs(here.compliance) @ np.abs(forces))[self.n_stops :]
-        terms += np.diag(here.compliance)[self.n_stops :] * most
+        terms += here.own[self.n_stops :] * most
         held = together(np.abs(pulled)) <= np.maximum(small, BALANCED * together(terms))
         sticks = waiting & held & (together(np.abs(own)) < (1.0 - close) * most)
         undecided = waiting & ~sticks & (together(np.abs(pulled)) <= small)
@@ -365,7 +383,7 @@ class Holding(LoneFriction):
         """Which stops neither press nor open now."""
         small = UNDECIDED * here.sizes_of_free
         weak = np.zeros(self.n, dtype=bool)
-        weak[: self.n_stops] = touching & (np.abs(np.diag(here.compliance) * forces) <= small)[: self.n_stops]
+        weak[: self.n_stops] = touching & (np.abs(here.own * forces) <= small)[: self.n_stops]
         return weak & (np.abs(accelerations) <= small) & (np.abs(here.speeds) <= self._speed_tolerances(here))
 
     def _not_needed(self, touching: np.ndarray) -> np.ndarray:
@@ -421,6 +439,8 @@ class Holding(LoneFriction):
         small = UNDECIDED * here.sizes_of_free
         while True:
             pressed = acting & (forces > 0.0) & (np.arange(self.n) < self.n_stops)
+            if np.count_nonzero(pressed) < 2 and not (here.own[pressed] <= 0.0).any():
+                return forces  # one alone does not follow from others
             if not (pressed & ~_independent(here.compliance, [pressed], np.arange(self.n))).any():
                 return forces
             rows = np.flatnonzero(pressed)
@@ -459,8 +479,8 @@ class Holding(LoneFriction):
         levels = self._levels(acting[self.n_stops :], later)
         found, _ = self._forces(later, acting, levels)
         found = self._borne_by_few(later, acting, levels, found, same_motion=False)
-        opening = later.free + later.compliance @ found - np.diag(later.compliance) * found
-        opening -= here.free + here.compliance @ forces - np.diag(here.compliance) * forces
+        opening = later.free + later.compliance @ found - later.own * found
+        opening -= here.free + here.compliance @ forces - here.own * forces
         clear = np.abs(opening) > _CHANGES * here.sizes_of_free
         return [weak & clear & (opening < 0.0), weak & ~clear & (later.free <= here.free)]
 
@@ -587,11 +607,11 @@ def impulses(
         Frictions that are the directions of one.
     sequential : bool
     """
-    n_stops, total = len(touching), np.zeros(len(here.rows))
-    now = copy.copy(here)
+    n_stops, total, compliance = len(touching), np.zeros(len(here.rows)), here.compliance
+    now = copy.copy(here)  # behind that: what is solved for one is solved for both
     rates = np.abs(here.state[-here.rows.shape[1] :])
     slow = _SETTLED * np.abs(here.speeds[:n_stops]).max(initial=0.0)
-    slow += _NO_SPEED * (np.abs(here.rows) @ rates).max(initial=0.0)
+    slow += _NO_SPEED * (here.row_sizes @ rates).max(initial=0.0)
     for _ in range(_BLOWS_PER_STOP * n_stops):
         closing = np.where(touching, -now.speeds[:n_stops], 0.0)
         fastest = int(np.argmax(closing))
@@ -602,7 +622,7 @@ def impulses(
             struck = np.arange(n_stops) == fastest
             rubbed = rubbing & np.array([stop is None or stop == fastest for stop, _ in normals], dtype=bool)
         total = total + _blow(now, struck, rubbed, restitutions, coefficients, normals, circles)
-        now.speeds = here.speeds + here.compliance @ total
+        now.speeds = here.speeds + compliance @ total
     return total + _blow(now, touching, rubbing, np.zeros(n_stops), coefficients, normals, circles)
 
 
@@ -722,15 +742,18 @@ class Switching(Holding):
         struck = self.closed | is_fired[: self.n_stops] | (gaps <= self._round_off(here))
         near = struck | (gaps <= self._gap_tolerances(here))
         self._zero = np.concatenate([self._gap_tolerances(here), self._slow(here)])
-        closing = here.speeds[: self.n_stops] < -self._speed_tolerances(here)[: self.n_stops]
-        blown = np.concatenate([struck & closing, np.zeros(self.n - self.n_stops, dtype=bool)])
-        fired_frictions = self._of_either(is_fired[self.n_stops :])
-        came_to_rest = fired_frictions & self._came_to_rest(here) & ~self._under_way(here)
-        if came_to_rest.any():
-            came_to_rest |= self._almost_at_rest(here)
-        sticking = self.stuck & ~self.aimed
-        aims = self._aim_anew(fired_frictions & ~came_to_rest)
-        self._decide(near, struck, sticking | came_to_rest, aims)
+        blown = np.concatenate([struck & self._closing(here), np.zeros(self.n - self.n_stops, dtype=bool)])
+        if self.has_frictions:
+            fired_frictions = self._of_either(is_fired[self.n_stops :])
+            came_to_rest = fired_frictions & self._came_to_rest(here) & ~self._under_way(here)
+            if came_to_rest.any():
+                came_to_rest |= self._almost_at_rest(here)
+            sticking = self.stuck & ~self.aimed
+            aims = self._aim_anew(fired_frictions & ~came_to_rest)
+            self._decide(near, struck, sticking | came_to_rest, aims)
+        else:
+            came_to_rest = self.stuck
+            self._decide_on_stops(near, struck, np.zeros(self.n_stops, dtype=bool))
         with_others = np.concatenate([np.zeros(self.n_stops, dtype=bool), came_to_rest & self.stuck])
         changed = (were_held != self._at_rest) | blown
         told = np.flatnonzero(is_fired | with_others if len(fired) else changed)
@@ -753,9 +776,11 @@ class Switching(Holding):
         fall on the stop for ever.
         """
         here = self._here()
-        rising, pulled = here.speeds[: self.n_stops], -here.free[: self.n_stops]
+        rising = here.speeds[: self.n_stops]
         unseen = fired & ~self.closed & (rising > self._speed_tolerances(here)[: self.n_stops])
-        unseen &= rising < _WITHIN_STEPS * pulled * float(self.arrays.control[at.H])
+        if not unseen.any():
+            return
+        unseen &= rising < _WITHIN_STEPS * -here.free[: self.n_stops] * float(self.arrays.control[at.H])
         if unseen.any():
             nq, n = self.system.nq, self.system.nq + self.system.nv
             rows = np.concatenate([unseen, np.zeros(self.n - self.n_stops, dtype=bool)])
@@ -897,8 +922,7 @@ class Switching(Holding):
         before = self._here().speeds[self.n_stops :]
         impacted = self._impact(struck, dead)
         here = self._here()
-        closing = here.speeds[: self.n_stops] < -self._speed_tolerances(here)[: self.n_stops]
-        touching = near & (struck | ~closing)
+        touching = near & (struck | ~self._closing(here))
         speeds = here.speeds[self.n_stops :]
         still = self._sliding(here) <= self._slow(here)
         # Where rates have jumped, what stuck may slide.
@@ -916,6 +940,19 @@ class Switching(Holding):
         here = here.turned(self.layout.turned(self.senses, self.aimed)) if self.aimed.any() else here
         self.arrays.y[nq:n] += here.holding(held, here.speeds)
         return self.closed & rising & impacted
+
+    def _decide_on_stops(self, near: np.ndarray, struck: np.ndarray, dead: np.ndarray) -> None:
+        """Do as `_decide_once` where there are no frictions."""
+        self._impact(struck, dead)
+        here = self._here()
+        self.closed = self._settle(near & (struck | ~self._closing(here)), struck, self.stuck)
+        if self.closed.any():
+            nq, n = self.system.nq, self.system.nq + self.system.nv
+            self.arrays.y[nq:n] += here.holding(self.closed, here.speeds)
+
+    def _closing(self, here: LocalDynamics) -> np.ndarray:
+        """Which gaps close, faster than the tolerances of the run."""
+        return here.speeds[: self.n_stops] < -self._speed_tolerances(here)[: self.n_stops]
 
     def _all_led(self, led: np.ndarray) -> np.ndarray:
         found = led.copy()

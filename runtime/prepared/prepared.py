@@ -40,6 +40,8 @@ constrained = Late("symgen.runtime.constraints.assembly")
 drive = Late("symgen.runtime.inputs.drive")
 health = Late("symgen.runtime.checks.health")
 levels = Late("symgen.runtime.constraints.levels")
+plain_assembly = Late("symgen.runtime.constraints.plain_assembly")
+start_values = Late("symgen.runtime.constraints.start_values")
 
 CHECKS = ("none", "end", "full")
 OUTPUTS = ("end", "solution")
@@ -433,13 +435,10 @@ class PreparedRun:
             if self._task is not None:
                 states, assembled = self._whole_starts(P, Y0), np.zeros(n, dtype=np.int64)
                 self._by_machine(left, P, states, assembled, runs, threads)
-                again = [
-                    i
-                    for i in np.flatnonzero(runs.status == here.NEEDS_ASSEMBLY)
-                    if self._assemble_row(i, P, Y0, states, runs)
-                ]
+                again = np.flatnonzero(runs.status == here.NEEDS_ASSEMBLY)
+                again = again[self._assemble_rows(again, P, Y0, states, runs)]
                 assembled[again] = 1
-                self._by_machine(np.array(again, dtype=int), P, states, assembled, runs, threads)
+                self._by_machine(again, P, states, assembled, runs, threads)
                 left = np.flatnonzero((runs.status == here.NEEDS_PYTHON) | (runs.status == here.DOUBTFUL))
             for i in left:
                 self._by_python(i, P[i], Y0[i], runs)
@@ -448,6 +447,37 @@ class PreparedRun:
             runs.status[np.isin(runs.status, between)] = here.INTERRUPTED
         self._name_bad_numbers(P, Y0, runs)
         return runs
+
+    def _assemble_rows(
+        self, which: np.ndarray, P: np.ndarray, Y0: np.ndarray, states: np.ndarray, runs: Runs
+    ) -> np.ndarray:
+        """Bring the starts of runs onto the constraints, all at once where that is plain; returns which are there."""
+        done = np.zeros(len(which), dtype=bool)
+        # One alone is as fast by itself, and not assembled again where the last one was the same.
+        for first in range(0, len(which), ROWS) if len(which) > 1 else ():
+            part = slice(first, first + ROWS)
+            states[which[part]], done[part] = self._assembled_at_once(
+                P[which[part]], Y0[which[part]], states[which[part]]
+            )
+        for k in np.flatnonzero(~done):
+            done[k] = self._assemble_row(which[k], P, Y0, states, runs)
+        return done
+
+    def _assembled_at_once(
+        self, P: np.ndarray, Y0: np.ndarray, states: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the starts of some rows on the constraints, and which are: others are as they were."""
+        asked, p = self._asked(P[0], Y0[0]), np.tile(self._base_p, (len(P), 1))
+        p[:, self._p_at] = P
+        none = np.zeros(len(P), dtype=bool)
+        try:
+            given = start_values.start_values(self.system, p[0], asked.start, asked.rate)
+        except RuntimeModelError:  # of one row: each is told by itself
+            return states, none
+        if plain_assembly.objection(self.system, given.q_enforced):
+            return states, none
+        starts = plain_assembly.Given(p, states, given.q_enforced, given.v_enforced)
+        return plain_assembly.assemble_plain(self.system, starts, self.t_start)
 
     def _assemble_row(self, i: int, P: np.ndarray, Y0: np.ndarray, states: np.ndarray, runs: Runs) -> bool:
         """Bring the start of a run onto the constraints; returns whether that is possible."""

@@ -19,7 +19,7 @@ from symgen.runtime.integrate.quaternions import scale_to_unit
 from symgen.runtime.prepared import layout as here
 
 SATISFIED = 2e-14  # of a constraint's scale: `assembly._SATISFIED`
-SLOWEST = 1e-6  # `levels._SLOWEST`
+SLOWEST = 1e-6  # `levels.SLOWEST`
 LOST_DIGITS = 5e-10  # half of `kkt._LOST_DIGITS`
 LEAST_PIVOT = 1e-6  # of unit rows, of M with unit diagonal: far from what counts as singular
 EQUAL = 1e-12  # `energy_level._EQUAL`
