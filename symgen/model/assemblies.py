@@ -429,10 +429,16 @@ class _Taken:
         for key, names, known, what in (
             ("find", start.find, {x for x, kind in kinds.items() if kind == "parameter"}, "parameter"),
             ("steady", start.steady, moving, "coordinate or state"),
-            ("closed", start.closed, self.assembly._stops.keys() | limited, "stop"),
+            (
+                "closed",
+                start.closed,
+                self.assembly._stops.keys() | limited | self.assembly._pairs.keys(),
+                "stop",
+            ),
         ):
             for k, name in enumerate(names):
-                if name not in known:
+                of_contact = key == "closed" and name.rpartition("_")[0] in self.assembly._pairs
+                if name not in known and not of_contact:  # contacts make their stops in the finished model
                     message, hint = (
                         f"there is no {what} '{name:.60}'",
                         nearest(name[:60], sorted(known), f"{what}s"),
