@@ -582,7 +582,7 @@ def test_what_starts_in_assemblies_cannot_name_is_refused_there():
         (
             '"th - wanted"',
             '"th - wonted"',
-        ): r"\[assemblies.arm.start\] equations, element 1.*used as 'p.first'",
+        ): r"\[assemblies.arm.start\] equations, element 1.*used as 'p.first': the name 'wonted' .* 'wanted'\?",
         (
             'find = ["k"]',
             'find = ["th"]',
