@@ -396,7 +396,7 @@ class Switches:
         return {k: g.sub(g.one, loader.load(symbol)) for k, symbol in switches.items()}
 
     def _own_rows(self, d: Description) -> dict[str, int]:
-        """Which constraints of this form stops and frictions are: others may have the same names."""
+        """Which constraints of this form stops and frictions are; gears are called as the friction in them is."""
         if not self.held:
             return {}
         nh, rubbing = len(d.constraints), [name for f in self.frictions for name in f.rows]

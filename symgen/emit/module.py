@@ -261,7 +261,7 @@ def _variable_names(program: Program) -> dict[tuple[int, int], str]:
         taken: set[str] = set()
         for k, entry in enumerate(entries):
             name = f"{prefix}_{spelled(entry['name'])}"
-            while name in taken:  # a friction may be called as a constraint is
+            while name in taken:  # the friction in a gear is called as the gear is
                 name += "_"
             taken.add(name)
             names[kind, k] = name
