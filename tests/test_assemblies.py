@@ -99,14 +99,38 @@ def test_equal_assemblies_are_derived_once_and_stand_in_one_loop():
         assert run[f"c{k}.th"][-1] == pytest.approx(alone["c.th"][-1], abs=1e-7)
 
 
-@pytest.mark.parametrize(("offsets", "found"), [('["d{}", 0]', [4]), ("[{}, 0]", [1, 1, 1, 1])])
-def test_places_that_differ_in_parameters_leave_assemblies_equal(offsets, found):
+@pytest.mark.parametrize("offsets", ['["d{}", 0]', "[{}, 0]", '["{} m", 0, "{} m"]'])
+def test_places_leave_assemblies_equal(offsets):
+    """Parameters of the model, and numbers, which become parameters where the places alone are different."""
     parameters = "".join(f"d{k} = {k}\n" for k in range(1, 5))
-    uses = "".join(f'c{k} = {{ assembly = "pendulum", offset = {offsets.format(k)} }}\n' for k in range(1, 5))
-    model = read(f'[parameters]\n{parameters}{PENDULUM}[use]\n{uses}[outputs]\nplace = "c3.bob.x"\n')
-    assert derive_text(model).structure["subsystems"] == found
-    run = model.derive().run(t_end=0.5)
+    uses = "".join(
+        f'c{k} = {{ assembly = "pendulum", offset = {offsets.format(k, k)} }}\n' for k in range(1, 5)
+    )
+    text = PENDULUM.replace('"-l*cos(th)"]', '"-l*cos(th)", 0]') if "m" in offsets else PENDULUM
+    model = read(f'[parameters]\n{parameters}{text}[use]\n{uses}[outputs]\nplace = "c3.bob.x"\n')
+    assert derive_text(model).structure["subsystems"] == [4]
+    system = model.derive()
+    run = system.run(t_end=0.5)
     assert run["place"] == pytest.approx(3 + 0.5 * np.sin(run["c3.th"]), rel=1e-14)
+    place = "d3" if "d" in offsets else "c3.offset_x"
+    moved = system.run(t_end=0.5, parameters={place: 7.0})
+    assert moved["place"] == pytest.approx(run["place"] + 4, rel=1e-14)
+    assert moved["c3.th"] == pytest.approx(run["c3.th"], abs=1e-9)
+    assert not any("offset_y" in name for name in run.parameters)  # no places differ in it
+
+
+def test_numbers_of_places_that_make_nothing_equal_stay_numbers():
+    """Uses that act on each other, uses that are turned, and names that are taken."""
+    pair = f"""{PENDULUM}[use]
+    a = {{ assembly = "pendulum", offset = [1, 0] }}
+    b = {{ assembly = "pendulum", offset = [2, 0] }}
+    """
+    together = read(pair + '[energy]\npotential = "(a.th - b.th)^2"\n').derive()
+    assert not any("offset" in name for name in together.run(t_end=0.1).parameters)
+    turned = derive_text(read(pair.replace("offset = [2, 0]", "offset = [2, 0], angle = 0.1")))
+    assert turned.structure["subsystems"] == [1, 1] and "offset" not in turned.text
+    taken = read(pair + "[parameters]\nb_offset_x = 1\n")
+    assert derive_text(taken).structure["subsystems"] == [1, 1]
 
 
 def test_a_parameter_of_a_loop_that_another_subsystem_reads_has_two_names():
@@ -558,7 +582,7 @@ def test_what_starts_in_assemblies_cannot_name_is_refused_there():
         (
             '"th - wanted"',
             '"th - wonted"',
-        ): r"\[assemblies.arm.start\] equations, element 1.*used as 'p.first'",
+        ): r"\[assemblies.arm.start\] equations, element 1.*used as 'p.first': the name 'wonted' .* 'wanted'\?",
         (
             'find = ["k"]',
             'find = ["th"]',

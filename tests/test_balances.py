@@ -116,8 +116,19 @@ def test_forces_with_states_and_inputs_are_balanced():
             "on 'n', which has no inertia, do not say where",
         ),
         (lambda m, x, n, w: (m.force(n, -dot(x)), m.potential(w**2 + n**2)), "on 'n'.*do not say where"),
+        (
+            lambda m, x, n, w: (
+                m.potential(w**2 + n**2 + (x - n) ** 2),
+                m.friction("rub", speed=dot(x) - dot(n), force=1),
+            ),
+            r"\[friction.rub\]: dry friction acts on 'n', which has no inertia; give it a small mass",
+        ),
+        (
+            lambda m, x, n, w: (m.potential(w**2 + n**2 + (x - n) ** 2), m.stop("end", gap=x + 1 - w)),
+            r"\[stops.end\]: a stop acts on 'w', which has no inertia; give it a small mass",
+        ),
     ],
-    ids=["floating damper", "no stiffness", "of another's rate"],
+    ids=["floating damper", "no stiffness", "of another's rate", "dry friction", "a stop"],
 )
 def test_what_forces_leave_open_is_refused(build, says):
     m = Model("open")

@@ -299,6 +299,23 @@ def test_the_efficiency_of_a_worm(rack):
     assert held.energy.balance[-1] == pytest.approx(0.0, abs=1e-15)
 
 
+@pytest.mark.parametrize(
+    ("method", "form"),
+    [("dop853", "projection"), ("radau5", "ggl"), ("taylor", "projection")],
+)
+def test_a_worm_that_holds_its_load_lets_it_go_when_it_is_driven(method, form):
+    """Held at rest until the drive is worth the load at the worm times 1 + mu, and moved by what is more than that."""
+    mu, m = 1.25, worm(1 / 2.25, "2.5*t", -5.0)
+    m.output("force", 'reaction("mesh")')
+    J, K, n = WORM.values()
+    run = derive(m).run(t_end=2.0, method=method, constraints=form, **TOL)
+    begins, slope = (1 + mu) * 5 / n / 2.5, 2.5 / (J * n + (1 + mu) * K / n)
+    moving = np.maximum(run.t - begins, 0.0)
+    assert run.ok and [e.action for e in run.events] == ["slip"]
+    assert run["dot(b)"] == pytest.approx(slope * moving**2 / 2, abs=1e-4)
+    assert run["force"] == pytest.approx(-(5 + K * slope * moving) / n, rel=1e-4)
+
+
 def test_the_power_that_a_worm_loses_is_in_the_balance():
     run = worm(0.6, 2.0, -1.0).derive().run(t_end=1, **TOL)
     checks = {check.check: check for check in run.health}

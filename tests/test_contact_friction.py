@@ -320,5 +320,5 @@ def test_what_sticks_has_a_force_of_its_own_where_sliding_knows_how_fast():
     for more in ({}, {"smooth": 0.1}):
         again = copy.deepcopy(model)
         again.friction("f", coordinate=x, force="level", **more)
-        with pytest.raises(ModelError, match=r"cannot depend on a rate.*with 'static'"):
+        with pytest.raises(ModelError, match=r"cannot depend on a rate.*give 'static'"):
             again.derive()

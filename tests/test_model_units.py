@@ -245,6 +245,15 @@ def test_what_must_have_which_unit(case):
             model.describe()
 
 
+@pytest.mark.parametrize("force", ["5*x/2", "F - x/3"])
+def test_a_fraction_that_was_meant_as_a_measured_number_is_pointed_out(force):
+    """5 x²/2 has a pure number in it, where 4 x²/2 and 2.5 x² have one that fits any unit."""
+    model = _cart()
+    model.force("x", force)
+    with pytest.raises(ModelError, match=r"(5/2|1/3) is a pure number, and a decimal would fit any unit"):
+        model.describe()
+
+
 def test_values_are_converted_to_si():
     model = Model("units")
     model.coordinate(

@@ -283,6 +283,54 @@ def test_a_tilted_block_closes_its_stop():
     assert run.contact_forces[5][0] > 1.0
 
 
+TILTED = """
+[assemblies.block.parameters]
+a = 0.2
+[assemblies.block.coordinates]
+x = {}
+y = { guess = 0.15 }
+phi = { start = "20 deg" }
+[assemblies.block.bodies.block]
+density = 800
+shape = { box = ["a", 0.1, 0.1] }
+com = ["x", "y"]
+angle = "phi"
+[assemblies.block.contacts.floor]
+body = "block"
+[assemblies.block.start]
+closed = ["floor_1"]
+[gravity]
+y = -9.81
+[use.one]
+assembly = "block"
+[use.two]
+assembly = "block"
+offset = [2, 0]
+a = 0.4
+"""
+
+
+def test_a_start_closes_the_stops_that_contacts_make():
+    """A tilted block stands on its corner to the last digit, as one of the model and as one of an assembly."""
+    run = derive(read_text(TILTED)).run(t_end=0.01)
+    for use, a in (("one", 0.2), ("two", 0.4)):
+        height = a / 2 * np.sin(np.radians(20)) + 0.05 * np.cos(np.radians(20))
+        assert run[f"{use}.y"][0] == pytest.approx(height, abs=1e-15)
+    plain = TILTED.replace("assemblies.block.", "").partition("[use.one]")[0]
+    plain = plain.replace("a = 0.2", "a = 0.6")
+    run = derive(read_text(plain)).run(t_end=0.01)
+    assert run["y"][0] == pytest.approx(
+        0.3 * np.sin(np.radians(20)) + 0.05 * np.cos(np.radians(20)), abs=1e-15
+    )
+    for text, says in (
+        (plain.replace("floor_1", "floor_9"), "no stop 'floor_9'; did you mean 'floor_"),
+        (TILTED.replace("floor_1", "floor_9"), "no stop 'one.floor_9'; did you mean 'one.floor_"),
+        (TILTED.replace("floor_1", "flor"), "no stop 'flor'; did you mean 'floor'"),
+    ):
+        with pytest.raises(ModelError, match=says):
+            read_text(text).describe()
+
+
 def test_rest_on_closed_stops_with_a_parameter():
     """A beam on two supports: the load's place where the left one carries a given force."""
     m = Model("beam", gravity=(0, "-10 m/s^2"))

@@ -217,6 +217,17 @@ def test_what_makes_a_kind(change, kinds):
     assert len(split(m.describe())) == kinds
 
 
+def test_what_looks_at_the_world_alone_has_its_points():
+    """A point and an axis of the world that no subsystem has need of."""
+    m = regular(2)
+    m.point("peg", at=(0.3, m.parameter("height", 0.4)))
+    m.axis("slope", direction=(3, 4))
+    m.output("seen", "theta1 + peg_x + 10*peg_y + 100*slope_y + theta2")
+    assert len(split(m.describe())[0]) == 2
+    run = m.derive().run(t_end=0.2, parameters={"height": 0.5})
+    assert run["seen"] == pytest.approx(run["theta1"] + run["theta2"] + 405.3, rel=1e-14)
+
+
 def test_elements_without_coordinates_go_with_the_first():
     m = regular(3)
     m.body("floor", mass=5.0, com=(0.0, -2.0), shape={"box": [1, 1, 1]})

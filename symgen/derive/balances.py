@@ -19,10 +19,10 @@ from .dynamics import inverse_dynamics, mass_matrix, mechanics
 from .graph.differentiate import sparse_jacobian
 from .graph.evaluate import evaluate
 from .graph.graph import Graph
-from .graph.nodes import INPUT, LAM, PARAM, SENSED, Q, V
+from .graph.nodes import INPUT, PARAM, SENSED, Q, V
 from .input_rates import with_input_rates
 from .kinematics import Scene
-from .load import make_loader
+from .load import Loader, make_loader
 from .variables import variables, with_rates
 
 _PLACES, _DEPENDENT = 3, 1e-9  # where ranks are looked at, and what is none
@@ -58,10 +58,11 @@ def with_balances(description: Description) -> Description:
     nodes = [forces[k] for k in rates]
     own = [x.v[k] for k in rates]
     n_inputs = len(d.inputs)
-    settings = {g.var(INPUT, n_inputs + k) for k in range(3 * (len(d.stops) + len(d.frictions)))}
     by_rate = sparse_jacobian(g, nodes, own)
     places = {r: next(c for c, k in x.plain if k == r) for r in rates}
-    by_place = sparse_jacobian(g, nodes, [x.q[places[k]] for k in rates])
+    own_places = [x.q[places[k]] for k in rates]
+    by_place = sparse_jacobian(g, nodes, own_places)
+    _refuse_switches(loader, d, moved, own, own_places)
     held: list[Constraint] = []
     rolling: list[Constraint] = []
     for name, node, row, other in zip(moved, nodes, by_rate, by_place, strict=True):
@@ -70,9 +71,6 @@ def with_balances(description: Description) -> Description:
             raise ModelError(
                 message, hint="give it a small mass, or let the force follow a state that measures"
             )
-        if g.mask[node] & LAM or settings.intersection(g.reachable([node])):
-            message = f"dry friction acts on '{name}', which has no inertia"
-            raise ModelError(message, hint="give it a small mass, or the friction a 'smooth' speed")
         constraint = Constraint(f"{name}_balance", balance_symbol(name))
         if row:
             rolling.append(replace(constraint, kind="velocity"))
@@ -97,6 +95,22 @@ def with_balances(description: Description) -> Description:
         constraints=(*description.constraints, *held),
         velocity_constraints=(*description.velocity_constraints, *rolling),
     )
+
+
+def _refuse_switches(
+    loader: Loader, d: Description, names: list[str], rates: list[int], places: list[int]
+) -> None:
+    """Refuse stops and dry friction on what is in balance: their forces are not among those that are balanced."""
+    dry = "give it a small mass, or the friction a 'smooth' speed"
+    rubbing = [("dry friction", f"friction.{f.name}", v, dry) for f in d.frictions for v in f.speeds]
+    rigid = "give it a small mass, or take a contact with a 'stiffness'"
+    hitting = [("a stop", f"stops.{s.name}", s.gap, rigid) for s in d.stops]
+    for acting, own in ((rubbing, rates), (hitting, places)):
+        rows = sparse_jacobian(loader.g, [loader.load(x) for _, _, x, _ in acting], own)
+        for (what, table, _, hint), row in zip(acting, rows, strict=True):
+            if row:
+                message = f"{what} acts on '{names[min(row)]}', which has no inertia"
+                raise ModelError(message, table=table, hint=hint)
 
 
 def _refuse_open(g: Graph, d: Description, names: list[str], rows: list[dict[int, int]]) -> None:

@@ -359,7 +359,7 @@ class Switches:
 
     def _normal(self, f: Friction) -> algebra.Expr:
         """The force that a coefficient of friction multiplies; 1 where there is none."""
-        forces = [_symbol(name, "force") for name in f.normal]
+        forces = [_symbol(name, "reaction") for name in f.normal]
         if not f.normal:
             return algebra.ONE
         return forces[0] if self._on_stop(f) else algebra.sqrt(algebra.Add(*(x**2 for x in forces)))
@@ -370,13 +370,12 @@ class Switches:
 
     def levels(self, loader: Loader, d: Description) -> Levels:
         """The frictions in proportion to reactions, whose levels become variables."""
-        names = [c.name for c in (*d.constraints, *d.velocity_constraints)]
-        reactions = []
+        n_rows, reactions = len(d.constraints) + len(d.velocity_constraints), []
         for f in self._acting():
             if f.normal:
-                level = loader.g.var(LAM, len(names) + len(reactions))
+                level = loader.g.var(LAM, n_rows + len(reactions))
                 loader.symbols[_symbol(f.name, "level").name] = level
-                rows = tuple(names.index(name) for name in f.normal)
+                rows = tuple(self._rows_of_normal(f, d))
                 reactions.append(Reaction(level, loader.load(f.level), rows, not self._on_stop(f)))
         return Levels(loader.g, tuple(reactions))
 
@@ -390,22 +389,35 @@ class Switches:
         """1 - s by the row of each switched constraint; empty in the open form."""
         if not self.held:
             return {}
-        g = loader.g
-        nh, nn = len(d.constraints), len(d.velocity_constraints)
-        stops = {nh - len(self.stops) + k: _symbol(s.name, "closed") for k, s in enumerate(self.stops)}
-        first = nh + nn - sum(len(f.rows) for f in self.frictions)
-        rows = [name for f in self.frictions for name in f.rows]
-        stuck = {first + k: _symbol(name, "stuck") for k, name in enumerate(rows)}
-        return {k: g.sub(g.one, loader.load(symbol)) for k, symbol in (stops | stuck).items()}
+        g, stops = loader.g, {s.name for s in self.stops}
+        switches = {
+            k: _symbol(name, "closed" if name in stops else "stuck") for name, k in self._own_rows(d).items()
+        }
+        return {k: g.sub(g.one, loader.load(symbol)) for k, symbol in switches.items()}
+
+    def _own_rows(self, d: Description) -> dict[str, int]:
+        """Which constraints of this form stops and frictions are; gears are called as the friction in them is."""
+        if not self.held:
+            return {}
+        nh, rubbing = len(d.constraints), [name for f in self.frictions for name in f.rows]
+        first = nh + len(d.velocity_constraints) - len(rubbing)
+        stops = {s.name: nh - len(self.stops) + k for k, s in enumerate(self.stops)}
+        return stops | {name: first + k for k, name in enumerate(rubbing)}
+
+    def _rows_of_normal(self, f: Friction, d: Description) -> list[int]:
+        """The constraints of this form whose forces a friction is in proportion to: a stop, or some of the model's."""
+        if self._on_stop(f):
+            return [self._own_rows(d)[name] for name in f.normal]
+        names = [c.name for c in (*d.constraints, *d.velocity_constraints)]
+        return [names.index(name) for name in f.normal]
 
     def name_forces(self, loader: Loader, d: Description, multipliers: list[int], margins: list[int]) -> None:
         """Let the events use the forces, and how far frictions in proportion to them are from having no solution."""
-        names = [c.name for c in (*d.constraints, *d.velocity_constraints)]
-        normals = [name for f in self._acting() for name in f.normal]
-        held = [*(s.name for s in self.stops), *(name for f in self.frictions for name in f.rows)]
-        held = held if self.held else []
-        for name in (*held, *normals):
-            loader.symbols[_symbol(name, "force").name] = multipliers[names.index(name)]
+        for name, k in self._own_rows(d).items():
+            loader.symbols[_symbol(name, "force").name] = multipliers[k]
+        for f in self._acting():
+            for name, k in zip(f.normal, self._rows_of_normal(f, d), strict=True):
+                loader.symbols[_symbol(name, "reaction").name] = multipliers[k]
         coupled = [f for f in self._acting() if f.normal]
         for f, margin in zip(coupled, margins, strict=True):
             loader.symbols[_symbol(f.name, "margin").name] = margin

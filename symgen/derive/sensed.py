@@ -92,8 +92,10 @@ class Sensed:
         names = [c.name for c in (*own.constraints, *own.velocity_constraints)]
         contacts = [*(s.name for s in own.stops), *(row for f in own.frictions for row in f.rows)]
         # The numbers that outputs read behind a, in their order.
-        places = range(len(names) + len(contacts))
-        self.forces = dict(zip([*names, *contacts], (self.g.var(LAM, k) for k in places)))
+        # Of a constraint and a friction of one name, as those of a gear with an efficiency, the constraint's is meant.
+        self.variables = [self.g.var(LAM, k) for k in range(len(names) + len(contacts))]
+        found = list(zip([*names, *contacts], self.variables, strict=True))
+        self.forces = dict(reversed(found))
         # By the variables that stand for what forces follow.
         self.followed: dict[int, int] = {}
         follow, motion = acting(d.description), d.x.motion(d.x.a)
@@ -128,13 +130,16 @@ class Sensed:
         """What the equations of this form give for the variables in which sensors are written."""
         d = self.derivation
         solution = dict(zip(d.x.a, d.accelerations, strict=True))
-        form = [c.name for c in (*d.description.constraints, *d.description.velocity_constraints)]
-        by_name = dict(zip(form, d.multipliers, strict=True))
-        for name, variable in self.forces.items():
-            solution[variable] = by_name.get(name, self.g.zero)
-        for f in self.own.frictions:
-            for row, force in zip(f.rows, d.sliding(f), strict=True):
-                solution[self.forces[row]] = self.g.sub(by_name.get(row, self.g.zero), force)
+        form, own = d.description, self.own
+        nh, n_own = len(form.constraints), len(own.constraints)
+        nn_own = nh + len(own.velocity_constraints)
+        held = [*d.multipliers[:n_own], *d.multipliers[nh:nn_own]]
+        # In the open form there are no constraints of stops and frictions, whose forces are nothing then.
+        stops = d.multipliers[n_own:nh] or [self.g.zero] * len(own.stops)
+        sliding = [force for f in own.frictions for force in d.sliding(f)]
+        sticking = d.multipliers[nn_own:] or [self.g.zero] * len(sliding)
+        rubbing = map(self.g.sub, sticking, sliding)
+        solution |= dict(zip(self.variables, [*held, *stops, *rubbing], strict=True))
         return solution
 
     @cached_property

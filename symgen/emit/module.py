@@ -258,7 +258,13 @@ def _variable_names(program: Program) -> dict[tuple[int, int], str]:
     }
     names = {(T, 0): "t"}
     for kind, (prefix, entries) in groups.items():
-        names |= {(kind, k): f"{prefix}_{spelled(entry['name'])}" for k, entry in enumerate(entries)}
+        taken: set[str] = set()
+        for k, entry in enumerate(entries):
+            name = f"{prefix}_{spelled(entry['name'])}"
+            while name in taken:  # the friction in a gear is called as the gear is
+                name += "_"
+            taken.add(name)
+            names[kind, k] = name
     settings = [f"s_{spelled(s['name'])}_{key}" for s in head.get("switches", ()) for key in settings_of(s)]
     settings += [f"b_{k}" for k in range(sum(event["action"] == JUMP for event in head.get("events", ())))]
     names |= {(INPUT, len(head["inputs"]) + k): name for k, name in enumerate(settings)}

@@ -271,7 +271,8 @@ class _Taken:
     def __post_init__(self) -> None:
         prefix = self.use.name
         constants = {c.name: c.value for c in self.model._constants}
-        self.place = Placing.of({g.key: g.value for g in self.use.given if g.kind == "place"}, constants)
+        place = {g.key: self._named_number(g) for g in self.use.given if g.kind == "place"}
+        self.place = Placing.of(place, constants)
         self.world = WORLD if self.place is None else f"{prefix}.{WORLD}"
         self.elements = {g.key: g.value for g in self.use.given if isinstance(g.value, str)}
         self.names = self.assembly._kinds | dict.fromkeys(self.assembly._free, "parameter")
@@ -327,8 +328,7 @@ class _Taken:
                 if fault is not None:
                     raise model._sources.error(f"use.{self.use.name}", "", fault, hint="choose another name")
                 parts[made.name] = made
-        constants = (Constant(self._symbol(c.name), c.value, c.unit) for c in assembly._constants)
-        model._constants.extend(constants)
+        model._constants.extend(replace(c, name=self._symbol(c.name)) for c in assembly._constants)
         for joint, rates in assembly._made_rates.items():
             model._made_rates[self._element(joint)] = list(map(self._part, rates))
         for coordinate, joint in assembly._jointed.items():
@@ -345,6 +345,23 @@ class _Taken:
             if start is not None:
                 model._used_starts.append(self._start(start))
         self._take_sources()
+
+    def _named_number(self, given: Given) -> algebra.Expr:
+        """A number that shifts the use, as a constant of the model: equal uses are then told apart by names alone.
+
+        A height of zero stays a number, by which what stays in its plane is known, and so does one whose name is taken.
+        """
+        key, _, k = given.key.partition("[")
+        if key not in ("offset", "xyz") or not given.value.is_Number or (k == "2]" and given.value.is_zero):
+            return given.value
+        name = f"{self.use.name}.offset_{'xyz'[int(k[0])]}"
+        model = self.model
+        of_assembly = name.removeprefix(f"{self.use.name}.") in self.assembly._kinds
+        if of_assembly or name in model._kinds or len(name) > LONGEST_NAME or model._spelling_fault("", name):
+            return given.value
+        model._kinds[name] = "constant"
+        model._constants.append(Constant(name, float(given.value), "m", of_place=True))
+        return algebra.Symbol(name)
 
     def _take_names(self) -> None:
         """Declare the names that the use makes, parameters with the values that it gives."""
@@ -429,10 +446,16 @@ class _Taken:
         for key, names, known, what in (
             ("find", start.find, {x for x, kind in kinds.items() if kind == "parameter"}, "parameter"),
             ("steady", start.steady, moving, "coordinate or state"),
-            ("closed", start.closed, self.assembly._stops.keys() | limited, "stop"),
+            (
+                "closed",
+                start.closed,
+                self.assembly._stops.keys() | limited | self.assembly._pairs.keys(),
+                "stop",
+            ),
         ):
             for k, name in enumerate(names):
-                if name not in known:
+                of_contact = key == "closed" and name.rpartition("_")[0] in self.assembly._pairs
+                if name not in known and not of_contact:  # contacts make their stops in the finished model
                     message, hint = (
                         f"there is no {what} '{name:.60}'",
                         nearest(name[:60], sorted(known), f"{what}s"),

@@ -24,11 +24,16 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Constant:
-    """A number that is folded into the code at derive time."""
+    """A number that is folded into the code at derive time.
+
+    One `of_place` says where a use of an assembly stands: uses that are equal but for these are derived once, and the
+    numbers are parameters then.
+    """
 
     name: str
     value: float
     unit: str | None = None
+    of_place: bool = False
 
 
 @dataclass(frozen=True)

@@ -127,9 +127,21 @@ def _same(parts: Sequence[algebra.Expr], sizes: list[Size], verb: str) -> Size:
             raise ModelError(
                 f"units do not match: '{shortened(term)}' in {dimension_text(first)} and "
                 f"'{shortened(other)}' in {dimension_text(size)} cannot be {verb}",
-                hint="look at the units of the parameters in it",
+                hint=_look(term, other),
             )
     return first
+
+
+def _look(*terms: algebra.Expr) -> str:
+    """Where to look for what is wrong with units: at parameters, and at a fraction that is no measured quantity."""
+    hint = "look at the units of the parameters in it"
+    for term in terms:
+        for factor in algebra.Mul.make_args(term):
+            if isinstance(factor, algebra.Rational) and factor.q > 1:
+                return (
+                    f"{hint}; {abs(factor.p)}/{factor.q} is a pure number, and a decimal would fit any unit"
+                )
+    return hint
 
 
 def _product(node: algebra.Mul, sizes: list[Size], decimals: frozenset) -> Size:
@@ -273,11 +285,11 @@ def _size_of_constraint(c: Constraint, table: str, sizes: Sizes) -> Dimension | 
     return size if isinstance(size, tuple) else None
 
 
-def _hint(size: Dimension, expected: Dimension) -> str:
+def _hint(size: Dimension, expected: Dimension, expression: algebra.Expr) -> str:
     if size == DIMENSIONLESS and expected != DIMENSIONLESS:
         such = f"such as 1 {unit_text(expected)}"
         return f"numbers beside a function have no unit: multiply by a parameter or constant that has one, {such}"
-    return "look at the units of the parameters in it"
+    return _look(expression)
 
 
 def _check_item(item: Item, names: dict[str, Size], sources: Sources) -> Size:
@@ -292,7 +304,7 @@ def _check_item(item: Item, names: dict[str, Size], sources: Sources) -> Size:
             error = ModelError(
                 f"units do not match: this is in {dimension_text(size)}, "
                 f"and {dimension_text(item.dimension)} is expected",
-                hint=_hint(size, item.dimension),
+                hint=_hint(size, item.dimension, source.expression),
             )
             raise sources.locate(error, item.table, item.key, source)
     return size

@@ -24,6 +24,7 @@ from .rotors import write_rotor
 from .sensors import resolve
 from .solids import picture, together
 from .sources import Sources
+from .starts import check_closed
 from .surfaces import Definitions
 from .unevaluated import difference, negated, product, squared, total
 from .windings import windings_of_springs
@@ -51,6 +52,7 @@ def expand(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Descri
     losses = [loss for loop in d.loops if (loss := loss_of(loop)) is not None]
     _check_losses(losses, d, sources)
     d = with_contact_laws(replace(d, frictions=(*d.frictions, *losses)), sources)
+    check_closed(d, sources)
     parts = closed | parts
     d = with_normals(replace(d, constraints=constraints), parts, sources)
     rubbing = {f.name: f.rows for f in d.frictions}

@@ -122,7 +122,7 @@ SPEED = Role("a sliding speed", (INPUTS, STATES), "prescribed motion is written 
 LEVEL = Role(
     "a friction force",
     (RATES,),
-    "it is made of coordinates, inputs, parameters and t; with 'static', the force while it sticks, of rates",
+    "give 'static', the force while it sticks, as well; alone it is made of coordinates, inputs, parameters and t",
 )
 STICKING = Role(
     "what a friction takes while it sticks", (RATES,), "it is made of coordinates, inputs, parameters and t"

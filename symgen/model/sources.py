@@ -137,6 +137,7 @@ class Sources:
             use, *address = inside
             if error.file is None:
                 error.use = use if error.use is None else f"{error.use}.{use}"
+                error.message, error.hint = _own(error.message, use), error.hint and _own(error.hint, use)
             return self.uses[use].locate(error, *address)
         table, key = self._said_at.get((table, key), (table, key))
         if not self.is_file:
@@ -276,6 +277,11 @@ class Sources:
 
 def _to_si(unit: Unit, value: float) -> float:
     return value if unit.factor == 1 and not unit.pi_power else unit.to_si(value)
+
+
+def _own(text: str, use: str) -> str:
+    """What is said in names of the model, in those of the assembly, of which the error shows the place."""
+    return re.sub(rf"(?<![\w.]){re.escape(use)}\.(?=[A-Za-z])", "", text)
 
 
 def _without(key: str, use: str) -> str:

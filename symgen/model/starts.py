@@ -75,7 +75,7 @@ def _names(sources: Sources, key: str, given: Any, of: str) -> tuple[str, ...]:
 
 
 def check_start(d: Description, sources: Sources) -> None:
-    """Whether the parameters, coordinates and stops that the start names are there, and there is something to do."""
+    """Whether the parameters and coordinates that the start names are there, and there is something to do."""
     start = d.start
     if start is None:
         return
@@ -84,13 +84,16 @@ def check_start(d: Description, sources: Sources) -> None:
         raise sources.error("start", "find", message, hint="add equations, or steady = true")
     moving = {c.name for c in d.coordinates if not c.integral and c.quaternion is None}
     moving |= {r.name for r in d.rates}
-    stopping = [j.name for j in d.joints if j.restitution is not None]
-    stops = {s.name for s in d.stops} | {f"{name}_{side}" for name in stopping for side in ("lower", "upper")}
     _check_names(sources, "find", start.find, {p.name for p in d.parameters}, "parameter")
     _check_names(sources, "steady", start.steady, moving, "coordinate or state")
     if start.steady and start.everything:
         raise sources.error("start", "steady", "steady is both true and a list", hint="give one of them")
-    _check_names(sources, "closed", start.closed, stops, "stop")
+
+
+def check_closed(d: Description, sources: Sources) -> None:
+    """Whether the stops that the start closes are there, those that limits of joints and contacts make among them."""
+    if d.start is not None:
+        _check_names(sources, "closed", d.start.closed, {s.name for s in d.stops}, "stop")
 
 
 def _check_names(

@@ -15,7 +15,7 @@ from typing import Any
 from symgen.model.algebra import postorder
 
 from ...model import algebra
-from ...model.description import Description
+from ...model.description import Constant, Description, Parameter
 from ..program import Places
 
 ENERGIES = ("kinetic", "potential", "dissipation")
@@ -28,7 +28,7 @@ class Canonical:
     Parameters
     ----------
     constants : mapping of str to float
-        Names that stand for their values.
+        Names that stand for their values; other constants of a description differ in names, as its parameters do.
     """
 
     def __init__(self, constants: Mapping[str, float]) -> None:
@@ -44,6 +44,7 @@ class Canonical:
         groups = {
             "u": [x.name for x in d.inputs], "p": [x.name for x in d.parameters],
             "q": [x.name for x in d.coordinates], "d": [name for name, _ in d.definitions],
+            "k": [x.name for x in d.constants if x.name not in self._constants],
         }  # fmt: skip
         for letter, members in groups.items():
             names |= {name: f"{letter}{k}" for k, name in enumerate(members)}
@@ -156,6 +157,31 @@ def split(d: Description) -> list[list[Component]]:
 
     Two are equal when they differ in names only (of coordinates, parameters, bodies, …) and in start values.
     """
+    return _kinds(d, Canonical({c.name: c.value for c in d.constants}))
+
+
+def with_free_places(d: Description) -> Description:
+    """The same, with parameters for the numbers by which places alone tell equal subsystems apart."""
+    if not any(c.of_place for c in d.constants):
+        return d
+    free: set[str] = set()
+    for kind in _kinds(d, Canonical({c.name: c.value for c in d.constants if not c.of_place})):
+        for same in zip(*([c for c in x.description.constants if c.of_place] for x in kind), strict=True):
+            if len({c.value for c in same}) > 1:
+                free |= {c.name for c in same}
+    return replace(
+        d,
+        parameters=(*d.parameters, *(_as_parameter(c) for c in d.constants if c.name in free)),
+        constants=tuple(c for c in d.constants if c.name not in free),
+    )
+
+
+def _as_parameter(c: Constant) -> Parameter:
+    return Parameter(c.name, c.value, c.unit, "where the use stands")
+
+
+def _kinds(d: Description, canonical: Canonical) -> list[list[Component]]:
+    """The subsystems, those of one signature together."""
     names = _Names(d)
     elements = [*_elements(d)]
     joined = _Union([c.name for c in d.coordinates] + [_body(b.name) for b in d.bodies])
@@ -178,7 +204,6 @@ def split(d: Description) -> list[list[Component]]:
         by_root[joined.root(names.rates[r.name][0])].rates.append(k)
     uses = Counter(name for part in parts for name in part.used)
     classes: dict[tuple, list[Component]] = defaultdict(list)
-    canonical = Canonical({c.name: c.value for c in d.constants})
     for part in parts:
         component = part.component(uses, canonical)
         classes[component.signature].append(component)
@@ -352,6 +377,7 @@ class _Part:
             coordinates=tuple(d.coordinates[k] for k in self.coordinates),
             rates=tuple(d.rates[k] for k in self.rates),
             parameters=tuple(d.parameters[k] for k in parameters),
+            constants=tuple(c for c in d.constants if not c.of_place or c.name in self.used),
             inputs=tuple(d.inputs[k] for k in inputs),
             definitions=tuple(d.definitions[k] for k in definitions),
             points=tuple(self.points),

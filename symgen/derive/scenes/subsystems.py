@@ -13,7 +13,7 @@ from symgen.runtime.graph.layouts import LATE
 from symgen.runtime.graph.spelling import reset_function
 
 from ...model import algebra
-from ...model.description import Description
+from ...model.description import Description, Point
 from .. import pipeline, sensitivity
 from ..contacts import has_switches, n_switches
 from ..derivation import Derivation
@@ -32,7 +32,7 @@ from ..starts import formulas, start_function
 from ..structure import structure
 from ..time_terms import own_terms, term_count, time_function
 from ..windings import winding_function
-from .components import Component, split
+from .components import WORLD, Component, split, with_free_places
 
 _VECTORS = {Q: "q", V: "v", A: "v", LAM: "c", PARAM: "parameters", INPUT: "inputs"}
 
@@ -60,8 +60,8 @@ def watchers(
             moved = copied[len(names) :]
             rates |= {g.var(Q, k): rate for k, rate in zip(component.places["q"], moved, strict=True)}
     loader = Loader(g, symbols, rates, d.tables)
-    for name, expression in d.definitions:
-        if name in needed:
+    for name, expression in (*_fixed(d), *d.definitions):
+        if name in needed and name not in symbols:
             loader.define(name, expression)
     drawn = (*mark_function(loader, marks), *height_function(loader, marks))
     return g, [*_functions(d, loader), *drawn, *start_function(loader, d)]
@@ -107,6 +107,14 @@ def _names(roots: Iterable[algebra.Expr]) -> set[str]:
 def _components(d: Description) -> list[str]:
     """The names of the components of points and axes."""
     return [f"{item.name}_{letter}" for item in (*d.points, *d.axes) for letter in "xyz"]
+
+
+def _fixed(d: Description) -> Iterator[tuple[str, algebra.Expr]]:
+    """The components of points and axes of the world, of which no subsystem may have need."""
+    for item in (*d.points, *d.axes):
+        if item.body == WORLD:
+            vector = item.at if isinstance(item, Point) else item.direction
+            yield from zip((f"{item.name}_{letter}" for letter in "xyz"), vector, strict=False)
 
 
 def _copied(
@@ -158,10 +166,12 @@ def derive(
         return _with_savings(pipeline.derive(description, source, jacobian=True))
     whole = has_switches(description) or has_jumps(description) or description.sensors
     whole = whole or description.start or description.balanced or inputs_held(description)
-    kinds = [] if whole else split(description)
+    split_up = description if whole else with_free_places(description)
+    kinds = [] if whole else split(split_up)
     if not kinds or (len(kinds) == 1 and len(kinds[0]) == 1):
         late = LATE if on_demand and _is_large(description) else ()
         return _with_savings(pipeline.derive(description, source, late=late))
+    description = split_up
     derivations = [Derivation(kind[0].description) for kind in kinds]
     parts = _parts(kinds, derivations)
     sizes = {letter: sum(len(p.members) * p.sizes[letter] for p in parts) for letter in parts[0].sizes}
