@@ -123,6 +123,10 @@ def test_table_files(tmp_path):
         ("t,u\n", "no rows"),
         ("", "no rows"),
         ("t,u\na,b\n", "line 2.*column 1 holds 'a'"),
+        ("t,u,u\n0,1,2\n", "line 1.*two columns are named 'u'"),
+        ("t,u [furlong]\n0,1\n", "line 1.*unit of 'u \\[furlong\\]' cannot be read"),
+        ("t [m],u\n0,1\n", "first column, 't', is in m, which is no unit of time"),
+        ("0;0\n1;1,5\n", "line 2.*'1;1'.*decimal points"),
     ],
 )
 def test_faults_of_table_files_name_the_line(tmp_path, text, cause):
@@ -131,6 +135,29 @@ def test_faults_of_table_files_name_the_line(tmp_path, text, cause):
     with pytest.raises(ModelError, match=f"(?s){cause}") as error:
         read_table_file(file)
     assert error.value.file == str(file)
+
+
+def test_units_in_the_first_line_hold(tmp_path):
+    for head in ("t [ms],u [kN]", "t (ms);u (kN)", "t/ms,u/kN"):
+        rows = "\n0,0\n1000,0.004\n".replace(",", ";" if ";" in head else ",")
+        (tmp_path / "u.csv").write_text(head + rows)
+        assert moved(model_text('table = "u.csv"'), tmp_path) == pytest.approx(1 / 3 + 1.0 + 1.0, rel=1e-9)
+    (tmp_path / "u.csv").write_text("t,u (left)\n0,0\n1,4\n")
+    assert moved(model_text('table = "u.csv"'), tmp_path) == pytest.approx(1 / 3 + 1.0 + 1.0, rel=1e-9)
+    (tmp_path / "u.csv").write_text("t,u [mm]\n0,0\n1,4\n")
+    with pytest.raises(ModelError, match="'u' is in mm .m., where N "):
+        moved(model_text('table = "u.csv"'), tmp_path)
+
+
+def test_units_in_the_first_line_of_a_curve_hold(tmp_path):
+    model = (
+        model_text().replace('x = "u"', 'x = "c(x)"') + '[tables.c]\nfile = "c.csv"{more}\noutside = "hold"\n'
+    )
+    (tmp_path / "c.csv").write_text("x [mm],f [kN]\n0,0.001\n1000,0.001\n")
+    for more in ("", '\nunits = ["mm", "kN"]'):
+        assert moved(model.replace("{more}", more), tmp_path) == pytest.approx(1.0, rel=1e-9)
+    with pytest.raises(ModelError, match="column 1 is in 'm' here, and in 'mm' by the first line"):
+        moved(model.replace("{more}", '\nunits = ["m", "kN"]'), tmp_path)
 
 
 @pytest.fixture
@@ -164,12 +191,17 @@ def test_inputs_on_the_command_line(folder, given):
         (["--input", "ramp.csv", "--input", "u=ramp.csv"], 2, "given already"),
         (["--input", "ramp.csv", "--set", "u=3"], 2, "given already"),
         (["--input", "u=wide.csv"], 2, "none of them 'u'"),
+        (["--input", "u=other.csv"], 2, "the column of other.csv is 'v', another input than 'u'"),
+        (["--input", "u=turned.csv"], 2, "times come first"),
     ],
 )
 def test_wrong_inputs_on_the_command_line(folder, arguments, status, cause):
     (folder / "bare.csv").write_text("0,1\n")
     (folder / "bad.csv").write_text("0,1\n1,x\n")
     (folder / "wide.csv").write_text("t,a,b\n0,1,2\n")
+    (folder / "other.csv").write_text("t,v\n0,1\n")
+    (folder / "turned.csv").write_text("u,t\n0,1\n")
+    (folder / "push.toml").write_text(model_text() + "[inputs.v]\nunit = 'N'\n")
     result = run(*arguments)
     assert result.exit_code == status
     assert cause in result.output

@@ -97,10 +97,10 @@ def make_table(model: Declared, name: str, given: dict[str, Any]) -> Table:
         if not isinstance(file, str):
             raise error("file", f"a file is named by text, not {file!r:.60}")
         path = table_path(model, "file", file, place)
-        listed = read_columns(path, MOST_ROWS)
+        listed, stated = read_columns(path, MOST_ROWS)
         where = str(path)
     else:
-        listed, where = _columns(columns, error), ""
+        listed, stated, where = _columns(columns, error), (), ""
     kind, outside = given.get("kind") or "linear", given.get("outside") or "refuse"
     for key, value, known in (("kind", kind, TABLE_KINDS), ("outside", outside, OUTSIDE)):
         if value not in known:
@@ -116,6 +116,7 @@ def make_table(model: Declared, name: str, given: dict[str, Any]) -> Table:
     if len(listed) == 2 and kind == "bicubic":
         raise error("kind", "'bicubic' is for two arguments", "take 'cubic'")
     units = _units(model, place, given.get("units"), len(listed))
+    units = _with_stated(units, stated or [None] * len(listed), error, where)
     listed = [
         tuple(x if size is None else size.to_si(x) for x in column)
         for column, size in zip(listed, units, strict=True)
@@ -165,6 +166,24 @@ def _units(model: Declared, place: str, units: Any, count: int) -> list[Unit | N
         message = f"'units' has one text for each of the {count} columns, \"\" where there is none"
         raise model._sources.error(place, "units", message, hint='for example units = ["m", "N"]')
     return [model._sources.unit(x, place, f"units[{k}]") for k, x in enumerate(units)]
+
+
+def _with_stated(
+    units: Sequence[Unit | None], stated: Sequence[Unit | None], error, where: str
+) -> list[Unit | None]:
+    """Return the unit of each column: what the model says, else what the first line of the file states."""
+    for column, (own, of_file) in enumerate(zip(units, stated, strict=True), 1):
+        if own is None or of_file is None:
+            continue
+        same = (own.factor, own.pi_power, own.dimension) == (
+            of_file.factor,
+            of_file.pi_power,
+            of_file.dimension,
+        )
+        if not same:
+            message = f"column {column} is in {own.text!r} here, and in {of_file.text!r} by the first line of {where}"
+            raise error("units", message, "say the same in both, or in one of them only")
+    return [of_file if own is None else own for own, of_file in zip(units, stated, strict=True)]
 
 
 def _of(file: str) -> str:
