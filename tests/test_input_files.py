@@ -145,7 +145,7 @@ def test_units_in_the_first_line_hold(tmp_path):
     (tmp_path / "u.csv").write_text("t,u (left)\n0,0\n1,4\n")
     assert moved(model_text('table = "u.csv"'), tmp_path) == pytest.approx(1 / 3 + 1.0 + 1.0, rel=1e-9)
     (tmp_path / "u.csv").write_text("t,u [mm]\n0,0\n1,4\n")
-    with pytest.raises(ModelError, match="'u' is in mm .m., where N "):
+    with pytest.raises(ModelError, match=r"'u' is in mm .m., where N "):
         moved(model_text('table = "u.csv"'), tmp_path)
 
 
