@@ -12,6 +12,7 @@ from symgen import Model
 from symgen.cli import main
 from symgen.errors import ModelError
 from symgen.model.table_file import read_table_file
+from symgen.runtime.inputs.given import InputFault, Table
 
 MODEL = """
 [parameters]
@@ -147,6 +148,33 @@ def test_units_in_the_first_line_hold(tmp_path):
     (tmp_path / "u.csv").write_text("t,u [mm]\n0,0\n1,4\n")
     with pytest.raises(ModelError, match=r"'u' is in mm .m., where N "):
         moved(model_text('table = "u.csv"'), tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("more", "cause"),
+    [
+        (
+            "unit = 'kN', table = [[0, 1], [0.0, 1e308]]",
+            r"u.table: the number 1e\+308 kN is outside the range",
+        ),
+        ("unit = 'kN', polynomial = [1e308]", r"u.polynomial: the number 1e\+308 kN"),
+        ("unit = 'kN', default = 1e308", r"u.default: the number 1e\+308 kN"),
+    ],
+)
+def test_values_that_no_number_holds_are_refused(more, cause):
+    with pytest.raises(ModelError, match=cause):
+        Model.from_toml(MODEL.replace('unit = "N", default = 1.0{more}', more).format())
+
+
+def test_tables_too_steep_for_numbers_are_refused():
+    for values in ([1e308, -1e308], [0.0, 1e80]):
+        with pytest.raises(InputFault, match="steeper than numbers can follow"):
+            Table([0.0, 1.0], values)
+    Table([0.0, 1e-300], [0.0, 1.0], kind="hold")
+    for place, value in ((1e-300, 1.0), (0.5, 1e308)):
+        table = f"[tables.c]\ncolumns = [[0.0, {place}, 1.0], [0.0, {value}, 0.0]]\n"
+        with pytest.raises(ModelError, match=r"tables.c. columns: .* beyond what polynomials"):
+            Model.from_toml(model_text() + table)
 
 
 def test_units_in_the_first_line_of_a_curve_hold(tmp_path):

@@ -16,7 +16,7 @@ from .functions import VALUE, tabulated
 from .over_time import table_path
 from .sources import read
 from .table_file import read_columns
-from .units import Unit
+from .units import Unit, in_si
 
 if TYPE_CHECKING:
     import sympy
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 TABLE_KEYS = ("columns", "file", "kind", "outside", "units")
 TABLE_KINDS = ("linear", "pchip", "cubic", "bicubic")
 OUTSIDE = ("hold", "extend", "refuse")
+LARGEST = 1e75  # whose fourth power is a number still
 MOST_ROWS = 512  # of a curve, or of a map: what is chosen among stands in the generated code
 
 
@@ -117,12 +118,13 @@ def make_table(model: Declared, name: str, given: dict[str, Any]) -> Table:
         raise error("kind", "'bicubic' is for two arguments", "take 'cubic'")
     units = _units(model, place, given.get("units"), len(listed))
     units = _with_stated(units, stated or [None] * len(listed), error, where)
-    listed = [
-        tuple(x if size is None else size.to_si(x) for x in column)
-        for column, size in zip(listed, units, strict=True)
-    ]
+    try:
+        listed = [in_si(column, size) for column, size in zip(listed, units, strict=True)]
+    except ModelError as fault:
+        raise sources.locate(fault, place, "file" if where else "columns") from None
     at = (where, place)
     axes, values = _curve(listed, error, at) if len(listed) == 2 else _map(listed, error, at)
+    _check_sizes(axes, values, error, where)
     return Table(
         name=name,
         axes=axes,
@@ -166,6 +168,23 @@ def _units(model: Declared, place: str, units: Any, count: int) -> list[Unit | N
         message = f"'units' has one text for each of the {count} columns, \"\" where there is none"
         raise model._sources.error(place, "units", message, hint='for example units = ["m", "N"]')
     return [model._sources.unit(x, place, f"units[{k}]") for k, x in enumerate(units)]
+
+
+def _check_sizes(axes: tuple[tuple[float, ...], ...], values: tuple[float, ...], error, where: str) -> None:
+    """Refuse places too near or too far, and values too large, for the products that polynomials between them take."""
+    gaps = [after - before for axis in axes for before, after in pairwise(axis)]
+    largest = max(map(abs, (*values, *(x for axis in axes for x in axis))))
+    if (
+        min(gaps) * LARGEST >= 1.0
+        and largest <= LARGEST
+        and 2.0 * max(map(abs, values)) <= min(gaps) * LARGEST
+    ):
+        return
+    message = (
+        f"{_of(where)}numbers up to {largest:.3g}, at places as near as {min(gaps):.3g}, are beyond what polynomials "
+        "between them can be worked out with"
+    )
+    raise error("file" if where else "columns", message, "look at the exponents and the units")
 
 
 def _with_stated(

@@ -8,11 +8,11 @@ from itertools import pairwise
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
-from ..errors import nearest
+from ..errors import ModelError, nearest
 from .declared import Declared
 from .given import unpacked
 from .table_file import read_table_file
-from .units import Unit
+from .units import Unit, in_si
 
 KINDS = ("linear", "cubic", "hold")
 
@@ -55,7 +55,7 @@ def read_over_time(
                 "a polynomial has at least one coefficient",
                 hint="for example polynomial = [0.0, 1.0]",
             )
-        return {"polynomial": _in_si(numbers, size)}
+        return {"polynomial": _in_si(model, f"{name}.polynomial", numbers, size)}
     if table is None:
         return {}
     key = f"{name}.table"
@@ -63,13 +63,15 @@ def read_over_time(
         times, values = _from_file(model, name, table, size)
     else:
         times, values = _pair(model, key, table)
-        values = _in_si(values, size)
+        values = _in_si(model, key, values, size)
     return {"times": times, "values": values, "kind": kind or "linear"}
 
 
-def _in_si(values: tuple[float, ...], size: Unit | None) -> tuple[float, ...]:
-    plain = size is None or (size.factor == 1 and not size.pi_power)
-    return values if plain else tuple(map(size.to_si, values))
+def _in_si(model: Declared, key: str, values: tuple[float, ...], size: Unit | None) -> tuple[float, ...]:
+    try:
+        return in_si(values, size)
+    except ModelError as error:
+        raise model._sources.locate(error, "inputs", key) from None
 
 
 def _pair(model: Declared, key: str, table: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:

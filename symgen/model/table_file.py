@@ -12,7 +12,7 @@ from pathlib import Path
 
 from ..errors import ModelError
 from .files import LARGEST_TABLE, read_plain
-from .units import TIME, Unit, dimension_text, parse_unit
+from .units import TIME, Unit, dimension_text, in_si, parse_unit
 
 _SEPARATORS = (",", ";", "\t")
 _WITH_UNIT = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<sure>[^]]*)\]|\((?P<inside>[^)]*)\)|/\s*(?P<behind>\S+))")
@@ -57,7 +57,7 @@ class TableFile:
                 f"{dimension_text(size.dimension)} is wanted"
             )
             raise ModelError(message, file=str(self.path), hint="take another column, or correct its unit")
-        return _scaled(self.columns[k], stated or size)
+        return _located(self.path, self.columns[k], stated or size)
 
 
 def read_table_file(path: Path) -> TableFile:
@@ -90,7 +90,7 @@ def read_table_file(path: Path) -> TableFile:
         if units[0].dimension != TIME:
             message = f"the first column, {names[0]!r}, is in {units[0].text}, which is no unit of time"
             raise ModelError(message, file=str(path), hint="time first, then the values")
-        times = _scaled(times, units[0])
+        times = _located(path, times, units[0])
     return TableFile(path, names, units, times, tuple(columns))
 
 
@@ -160,9 +160,11 @@ def _name_and_unit(path: Path, number: int, cell: str) -> tuple[str, Unit | None
         raise ModelError(message, file=str(path), line=number, hint=error.hint) from None
 
 
-def _scaled(values: tuple[float, ...], size: Unit | None) -> tuple[float, ...]:
-    plain = size is None or (size.factor == 1 and not size.pi_power)
-    return values if plain else tuple(map(size.to_si, values))
+def _located(path: Path, values: tuple[float, ...], size: Unit | None) -> tuple[float, ...]:
+    try:
+        return in_si(values, size)
+    except ModelError as error:
+        raise error.located(file=str(path)) from None
 
 
 def _text(path: Path) -> str:

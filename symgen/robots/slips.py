@@ -10,8 +10,7 @@ import difflib
 import math
 from collections.abc import Iterator
 
-from symgen.runtime.errors import nearest
-
+from ..errors import nearest
 from .xml_tree import Element
 
 # The elements inside each; those of other programs stand beside them.
