@@ -272,3 +272,26 @@ def test_a_function_that_jumps_fires_again_after_a_reset(saw):
     solution = saw.run(t_end=3.0, method="taylor", max_step=0.1, parameters={"speed_up": 1.0})
     expected = 0.9 + np.cumsum([0.0, *(1.0 / np.arange(2, 20))])
     np.testing.assert_allclose(times(solution, "edge"), expected[expected < 3.0], atol=1e-12)
+
+
+@pytest.mark.parametrize(("width", "flagged"), [(1e-4, True), (0.05, False)])
+def test_a_well_that_is_passed_within_a_step_is_said(width, flagged):
+    """What crosses zero and comes back between all looks of a run shows on ranges over its path."""
+    model = f"""
+        [coordinates]
+        x = {{ start = 1.0 }}
+        [energy]
+        kinetic = "dot(x)^2/2"
+        potential = "x^2/2"
+        [events.inside]
+        when = "0.5 - exp(-((x - 0.3)/{width})^2)"
+        direction = "falling"
+    """
+    solution = (
+        Model.from_toml(model).derive().run(t_end=3.0, method="dop853", max_step=0.2 if flagged else 0.02)
+    )
+    says = [check.says for check in solution.health if check.check == "missed events" and not check.ok]
+    assert len(says) == flagged
+    assert len(times(solution, "inside")) == (not flagged)
+    if flagged:
+        assert "'inside' was passed by at about t = 1.26" in says[0]
