@@ -166,6 +166,17 @@ def test_values_that_no_number_holds_are_refused(more, cause):
         Model.from_toml(MODEL.replace('unit = "N", default = 1.0{more}', more).format())
 
 
+def test_arrays_that_are_numbers_only_to_numpy_are_refused():
+    for times, cause in (
+        (np.array([0, 1], dtype="M8[s]"), "times are dates"),
+        (np.array([0, 1000], dtype="m8[ms]"), "times are time spans"),
+        (np.ma.masked_array([0.0, 1.0], mask=[False, True]), "masked"),
+        (np.array([0.0, 1.0j]), "times are complex"),
+    ):
+        with pytest.raises(InputFault, match=cause):
+            Table(times, [0.0, 1.0])
+
+
 def test_tables_too_steep_for_numbers_are_refused():
     for values in ([1e308, -1e308], [0.0, 1e80]):
         with pytest.raises(InputFault, match="steeper than numbers can follow"):

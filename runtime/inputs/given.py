@@ -156,6 +156,12 @@ def _slopes(t: np.ndarray, h: np.ndarray, chord: np.ndarray) -> np.ndarray:
 
 
 KINDS = ("linear", "cubic", "hold")
+# What NumPy makes numbers of without a word, by its kind.
+_NO_NUMBERS = {
+    "M": "dates: give seconds, (t - t[0]) / numpy.timedelta64(1, 's')",
+    "m": "time spans in a unit of their own: give seconds, t / numpy.timedelta64(1, 's')",
+    "c": "complex: give their real parts",
+}
 
 
 class InputFault(RuntimeModelError):
@@ -261,6 +267,11 @@ class Polynomial:
 
 
 def _numbers(name: str, values: Any) -> np.ndarray:
+    kind = getattr(getattr(values, "dtype", None), "kind", "f")
+    if kind in _NO_NUMBERS:
+        raise InputFault(f"{name} are {_NO_NUMBERS[kind]}")
+    if np.ma.is_masked(values):
+        raise InputFault(f"{name} have places that are masked: leave their rows out")
     try:
         array = np.array(values, dtype=float)
     except (TypeError, ValueError):
