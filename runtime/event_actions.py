@@ -46,6 +46,7 @@ def arm_events(
     *,
     before: np.ndarray | None = None,
     bands: np.ndarray | None = None,
+    jumped: np.ndarray | None = None,
 ) -> None:
     """Set on which side of zero the event functions are where the state has changed: see `integrate/events.py`.
 
@@ -61,10 +62,12 @@ def arm_events(
         The event functions before the state was changed: the side of one that jumped to zero says nothing.
     bands : ndarray, optional
         Of those that are never below zero, as gaps are not, how far below they count as zero; nan for others.
+    jumped : ndarray of bool, optional
+        Of each event, whether its function has just jumped over zero: see `has_jumped`.
     """
     side = arrays.event_block(at.SIDE)
     lean = np.sign(side)
-    g, floor = event_values_and_floor(system, arrays)
+    g, floor = event_values_and_floor(system, arrays, behind_a_jump=jumped is not None and jumped.any())
     if before is not None:
         lean[np.abs(before) > _CLEAR * floor] = 0.0
     band = floor.copy()
@@ -76,6 +79,8 @@ def arm_events(
             before is not None
         ):  # a reset, or a load shared anew, may carry its own function away, and it comes again
             past = np.where(reset, np.minimum(past, past_event(arrays, before, floor)[fired]), past)
+        if jumped is not None:
+            past = np.where(jumped[fired], 0.0, past)
         band[fired] += past
         if bands is None or np.isnan(bands[fired]).any():
             lean[fired] = _heading(system, arrays, g, floor)[fired]
@@ -90,13 +95,38 @@ def arm_events(
     side[:] = np.where(np.abs(g) > band, np.sign(g), at.LEANING * lean)
 
 
-def renew_bands(system: System, arrays: LoopArrays, fired: np.ndarray) -> None:
-    """Find anew what of the event functions is as good as zero, after events that changed nothing."""
-    g, floor = event_values_and_floor(system, arrays)
+def renew_bands(system: System, arrays: LoopArrays, fired: np.ndarray, jumped: np.ndarray) -> None:
+    """Find anew what of the event functions is as good as zero, after events that changed nothing.
+
+    Those that have `jumped` over zero are on the side that they jumped to.
+    """
+    g, floor = event_values_and_floor(system, arrays, behind_a_jump=jumped.any())
+    past = np.where(jumped, 0.0, past_event(arrays, g, floor))
     band = floor.copy()
-    band[fired] += past_event(arrays, g, floor)[fired]
+    band[fired] += past[fired]
     kept = np.isinf(arrays.event_block(at.BAND))
     arrays.event_block(at.FLOOR)[:], arrays.event_block(at.BAND)[:] = floor, np.where(kept, np.inf, band)
+    arrays.event_block(at.SIDE)[jumped] = np.sign(g[jumped])
+
+
+def has_jumped(system: System, arrays: LoopArrays, fired: np.ndarray) -> np.ndarray:
+    """Return of each event whether it is one of those that fired, and its function jumped over zero: `mod(x, 1) - 0.5`.
+
+    What is smooth changes in the last digits behind an event about as much as in those before it. A function that has
+    jumped is past zero for good: what it is at is no round-off, and it may come back at once.
+    """
+    n, relative = system.nq + system.nv, _round_off(system)
+    kernel, t, p, y = system.kernel("events"), arrays.t, arrays.p, arrays.y[:n]
+    dt = relative * abs(t)
+    with np.errstate(over="ignore", invalid="ignore"):
+        slope = system.kernel("rhs")(t, y, p)[:n]
+        along = dt * slope + relative * np.abs(y) * np.sign(slope)
+        before, here, behind = kernel.rows(
+            np.array([t - dt, t, t + dt]), np.stack([y - along, y, y + along]), p
+        )
+        least = np.abs(behind - here) + np.finfo(float).eps * np.abs(here)
+        jumped = (before * here < 0.0) & (np.abs(here - before) > plain_events.JUMPED * least)
+    return jumped & np.isin(np.arange(len(here)), fired)
 
 
 def past_event(arrays: LoopArrays, g: np.ndarray, floor: np.ndarray) -> np.ndarray:
@@ -128,24 +158,40 @@ def _heading(system: System, arrays: LoopArrays, g: np.ndarray, floor: np.ndarra
     return np.where(np.abs(rise) > _CLEAR * floor, np.sign(rise), 0.0)
 
 
-def event_values_and_floor(system: System, arrays: LoopArrays) -> tuple[np.ndarray, np.ndarray]:
-    """Return the event functions, and what of them is round-off: their change when all they read moves a little."""
+def _round_off(system: System) -> float:
+    """Return what of numbers in a state is round-off, relative."""
+    return _PERTURBATION * (_PROJECTION_NOISE if system.m or system.quaternions else 1.0)
+
+
+def event_values_and_floor(
+    system: System, arrays: LoopArrays, behind_a_jump: bool = False
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the event functions, and what of them is round-off: their change when all they read moves a little.
+
+    Behind a jump it is the smaller of the changes there and back: the jump itself is no round-off.
+    """
+    g, floor = _changes(system, arrays, 1.0)
+    if behind_a_jump:
+        floor = np.minimum(floor, _changes(system, arrays, -1.0)[1])
+    floor = floor.sum(axis=0)
+    return g, np.where(np.isfinite(floor), floor, 0.0)
+
+
+def _changes(system: System, arrays: LoopArrays, way: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the event functions, and how far each of n + 2 small moves, up (1) or down (-1), changes them."""
     kernel, t, p = system.kernel("events"), arrays.t, arrays.p
     y = arrays.y[: system.nq + system.nv].copy()
-    relative = _PERTURBATION * (_PROJECTION_NOISE if system.m or system.quaternions else 1.0)
-    dt, n = relative * abs(t), len(y)
+    relative = _round_off(system)
+    dt, n = way * relative * abs(t), len(y)
     # As it is; a little later; with each number a little larger; and as far as it goes within the last digits of time.
     times, states = np.full(n + 3, t), np.empty((n + 3, n))
     states[:] = y
     times[[1, -1]] = t + dt
-    states[2:-1].flat[:: n + 1] = y + relative * np.abs(y)
+    states[2:-1].flat[:: n + 1] = y + way * relative * np.abs(y)
     with np.errstate(over="ignore", invalid="ignore"):  # where something is not finite, the run says so
         states[-1] = y + dt * system.kernel("rhs")(t, y, p)[:n]
         g, *moved = kernel.rows(times, states, p)
-        floor = np.abs(moved[0] - g)
-        for values in moved[1:]:
-            floor += np.abs(values - g)
-    return g, np.where(np.isfinite(floor), floor, 0.0)
+        return g, np.abs(np.array(moved) - g)
 
 
 @record
@@ -309,6 +355,7 @@ class EventActions:
         self.energy_of_resets = 0.0
         self.zeno = ZenoDetector()
         self.switching: Switching | None = None
+        self._may_jump = arrays.n_events > 0 and system.events_may_jump
         n_stops = [switch["kind"] for switch in system.switches].count("stop")
         self.lowest_gaps = np.full(n_stops, np.inf) if n_stops else np.zeros(0)
         if system.switches and arrays.n_events:
@@ -337,6 +384,9 @@ class EventActions:
                 return [], False, None
         n_own = len(system.events) - len(system.switches)
         values = self.form.kernel("events")(arrays.t, arrays.y[: system.nq + system.nv], arrays.p)
+        jumped = np.zeros(len(values), dtype=bool)
+        if self._may_jump:
+            jumped = has_jumped(self.form, arrays, fired[fired < n_own])
         resolved = not self._against_direction(fired[fired < n_own])
         records, terminate, reset = [], False, False
         for index in fired[fired < n_own]:
@@ -354,9 +404,9 @@ class EventActions:
         self.log.extend(records)
         arrays.restart(state_changed=reset or len(switched) > 0)
         if reset or len(switched):
-            self._arm(fired, values)
+            self._arm(fired, values, jumped)
         else:
-            renew_bands(self.form, arrays, fired)
+            renew_bands(self.form, arrays, fired, jumped)
         accumulation = self.zeno.look(arrays.t, resolved and self._gets_away(fired)) if reset else None
         return records, terminate, accumulation
 
@@ -415,16 +465,21 @@ class EventActions:
                     remedy = "begin inside, or let the table hold or extend its values outside"
                 raise RuntimeModelError(f"model {self.system.name!r} starts where {says}: {remedy}")
 
-    def _arm(self, fired: np.ndarray | None = None, before: np.ndarray | None = None) -> None:
+    def _arm(
+        self,
+        fired: np.ndarray | None = None,
+        before: np.ndarray | None = None,
+        jumped: np.ndarray | None = None,
+    ) -> None:
         """Arm the events; those of frictions that others hold stay out of it."""
         if self.switching is None:
-            arm_events(self.form, self.arrays, fired, before=before)
+            arm_events(self.form, self.arrays, fired, before=before, jumped=jumped)
             self._choose_branches()
             return
         resting = self.switching.resting
         own = np.full(len(self.system.events) - len(self.system.switches), np.nan)
         bands = np.concatenate([own, self.switching.bands()])
-        arm_events(self.form, self.arrays, fired, before=before, bands=bands)
+        arm_events(self.form, self.arrays, fired, before=before, bands=bands, jumped=jumped)
         self.switching.resting = resting
         self._choose_branches()
 

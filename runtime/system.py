@@ -365,6 +365,14 @@ class System(ModelFunctions):
         )
 
     @functools.cached_property
+    def events_may_jump(self) -> bool:
+        """Whether a function of the model's own events has a choice or a step in it."""
+        if len(self.events) == len(self.switches):
+            return False
+        form = self.function_text("events").form
+        return any(form.nodes.op[node] in ("select", "floor") for node in form.nodes.reachable(form.roots()))
+
+    @functools.cached_property
     def _start_values(self) -> tuple[np.ndarray, np.ndarray]:
         """The model's start values, and which of them assembly must keep, coordinates first."""
         records = (*self.coordinates, *self.rates)

@@ -18,6 +18,7 @@ from symgen.model.files import LARGEST_TABLE, read_plain
 from symgen.runtime.code.cache import cache_folder, fetch, prune, store
 from symgen.runtime.errors import ModuleError
 from symgen.runtime.graph.layouts import LATE
+from symgen.runtime.graph.nodes import FoldingError
 from symgen.runtime.lazy import Late
 from symgen.runtime.module import read_module
 from symgen.runtime.record import record
@@ -298,6 +299,11 @@ def _derived_text(
         program = long or subsystems.derive(description, source or "", jacobian, on_demand)
     except ModelError as error:
         raise error.located(file=f"model '{description.name}'") from None
+    except FoldingError as error:
+        hint = (
+            "numbers of the model are too large, or too small, for its equations: look at exponents and units"
+        )
+        raise ModelError(str(error), file=f"model '{description.name}'", hint=hint) from None
     derived = time.perf_counter()
     text = module.emit(program) if long is None else long.text
     if source is None:

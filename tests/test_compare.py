@@ -130,3 +130,18 @@ def test_the_command_says_what_differs(runs, tmp_path):
     assert said["equal"] is False and {d["name"] for d in said["differences"]} >= {"theta1", "dot(theta2)"}
     loose = CliRunner().invoke(main, ["compare", one, other, "--tolerance", "1", "--quiet"])
     assert loose.exit_code == 0 and not loose.output
+
+
+def test_one_frame_in_common_is_nothing_to_compare(tmp_path):
+    for fps, t_end in ((7, 0.9), (11, 0.95)):
+        recorded(tmp_path / f"{fps}.rrd", t_end=t_end, fps=fps)
+    with pytest.raises(RecordingError, match="one frame at a common time, t = 0 s"):
+        compare(tmp_path / "7.rrd", tmp_path / "11.rrd")
+
+
+def test_numbers_of_events_are_compared(tmp_path):
+    """From 1 m the first blow comes after 0.4515 s; half as fast, the ball is down again after as long."""
+    for name, t_end, e in (("one", 1.0, 0.9), ("two", 2.0, 0.5)):
+        recorded(tmp_path / f"{name}.rrd", name="bouncing_ball", t_end=t_end, parameters={"e": e})
+    settings = compare(tmp_path / "one.rrd", tmp_path / "two.rrd").settings
+    assert [(s.first, s.second) for s in settings if s.name == "events bounce"] == [(1, 2)]

@@ -232,3 +232,66 @@ def test_what_jumps_at_the_end_and_at_frames_has_not_been_passed_by(direction):
     halves = [0.5, 1.5, 2.5, 3.5, 4.5] if direction == "both" else []
     assert times(run, "tick") == pytest.approx(sorted([1.0, 2.0, 3.0, 4.0, *halves]))
     assert run.ok
+
+
+SAW = """
+[coordinates]
+x = { start = 0.1, rate = 1.0 }
+[energy]
+kinetic = "dot(x)^2/2"
+[events.tooth]
+when = "mod(x, 1) - 0.5"
+direction = "both"
+[events.edge]
+when = "mod(x, 1) - 0.75"
+direction = "falling"
+then = { reset = { "dot(x)" = "dot(x) + sign(dot(x))*speed_up" } }
+[parameters]
+speed_up = 0.0
+"""
+
+
+@pytest.fixture(scope="module")
+def saw():
+    return Model.from_toml(SAW).derive()
+
+
+@pytest.mark.parametrize("rate", [1.0, -1.0])
+@pytest.mark.parametrize("method", ["taylor", "radau5"])
+def test_functions_that_jump_over_zero_fire_again(saw, method, rate):
+    """Behind a jump a function is past zero for good: what it is at is no round-off that hides its next crossings."""
+    solution = saw.run(t_end=5.3, method=method, max_step=0.3, rate={"x": rate})
+    teeth = np.arange(12) / 2.0 - 0.1 * rate
+    np.testing.assert_allclose(times(solution, "tooth"), teeth[(teeth > 0.0) & (teeth < 5.3)], atol=1e-12)
+    edges = np.arange(7) + (0.9 if rate > 0.0 else 0.35)  # it falls at the jump, or at its own zero
+    np.testing.assert_allclose(times(solution, "edge"), edges[edges < 5.3], atol=1e-12)
+    assert all(check.ok for check in solution.health), [c.says for c in solution.health if not c.ok]
+
+
+def test_a_function_that_jumps_fires_again_after_a_reset(saw):
+    solution = saw.run(t_end=3.0, method="taylor", max_step=0.1, parameters={"speed_up": 1.0})
+    expected = 0.9 + np.cumsum([0.0, *(1.0 / np.arange(2, 20))])
+    np.testing.assert_allclose(times(solution, "edge"), expected[expected < 3.0], atol=1e-12)
+
+
+@pytest.mark.parametrize(("width", "flagged"), [(1e-4, True), (0.05, False)])
+def test_a_well_that_is_passed_within_a_step_is_said(width, flagged):
+    """What crosses zero and comes back between all looks of a run shows on ranges over its path."""
+    model = f"""
+        [coordinates]
+        x = {{ start = 1.0 }}
+        [energy]
+        kinetic = "dot(x)^2/2"
+        potential = "x^2/2"
+        [events.inside]
+        when = "0.5 - exp(-((x - 0.3)/{width})^2)"
+        direction = "falling"
+    """
+    solution = (
+        Model.from_toml(model).derive().run(t_end=3.0, method="dop853", max_step=0.2 if flagged else 0.02)
+    )
+    says = [check.says for check in solution.health if check.check == "missed events" and not check.ok]
+    assert len(says) == flagged
+    assert len(times(solution, "inside")) == (not flagged)
+    if flagged:
+        assert "'inside' was passed by at about t = 1.26" in says[0]

@@ -565,3 +565,21 @@ def test_a_friction_that_bears_less_at_rest_than_while_it_slides_is_told_so():
         entry.check == "held"
         and "bears less while it sticks ('static'), 1, than while it slides, 1.3" in entry.says
     )
+
+
+def test_energy_of_what_is_small_in_its_units_is_told_of_atol():
+    model = """
+        [coordinates]
+        x = { unit = "m", start = "1 nm" }
+        [parameters]
+        k = "1 N/m"
+        [bodies.b]
+        mass = "1 kg"
+        com = ["x", 0]
+        [energy]
+        potential = "k*x^2/2"
+    """
+    system = Model.from_toml(model).derive()
+    (energy,) = (c for c in system.run(t_end=20.0, method="dop853").health if c.check == "energy")
+    assert not energy.ok and "try a smaller atol than 1e-10" in energy.says
+    assert all(check.ok for check in system.run(t_end=20.0, method="dop853", atol=1e-19).health)

@@ -12,6 +12,7 @@ from symgen import Model
 from symgen.cli import main
 from symgen.errors import ModelError
 from symgen.model.table_file import read_table_file
+from symgen.runtime.inputs.given import InputFault, Table
 
 MODEL = """
 [parameters]
@@ -123,6 +124,10 @@ def test_table_files(tmp_path):
         ("t,u\n", "no rows"),
         ("", "no rows"),
         ("t,u\na,b\n", "line 2.*column 1 holds 'a'"),
+        ("t,u,u\n0,1,2\n", "line 1.*two columns are named 'u'"),
+        ("t,u [furlong]\n0,1\n", "line 1.*unit of 'u \\[furlong\\]' cannot be read"),
+        ("t [m],u\n0,1\n", "first column, 't', is in m, which is no unit of time"),
+        ("0;0\n1;1,5\n", "line 2.*'1;1'.*decimal points"),
     ],
 )
 def test_faults_of_table_files_name_the_line(tmp_path, text, cause):
@@ -131,6 +136,67 @@ def test_faults_of_table_files_name_the_line(tmp_path, text, cause):
     with pytest.raises(ModelError, match=f"(?s){cause}") as error:
         read_table_file(file)
     assert error.value.file == str(file)
+
+
+def test_units_in_the_first_line_hold(tmp_path):
+    for head in ("t [ms],u [kN]", "t (ms);u (kN)", "t/ms,u/kN"):
+        rows = "\n0,0\n1000,0.004\n".replace(",", ";" if ";" in head else ",")
+        (tmp_path / "u.csv").write_text(head + rows)
+        assert moved(model_text('table = "u.csv"'), tmp_path) == pytest.approx(1 / 3 + 1.0 + 1.0, rel=1e-9)
+    (tmp_path / "u.csv").write_text("t,u (left)\n0,0\n1,4\n")
+    assert moved(model_text('table = "u.csv"'), tmp_path) == pytest.approx(1 / 3 + 1.0 + 1.0, rel=1e-9)
+    (tmp_path / "u.csv").write_text("t,u [mm]\n0,0\n1,4\n")
+    with pytest.raises(ModelError, match=r"'u' is in mm .m., where N "):
+        moved(model_text('table = "u.csv"'), tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("more", "cause"),
+    [
+        (
+            "unit = 'kN', table = [[0, 1], [0.0, 1e308]]",
+            r"u.table: the number 1e\+308 kN is outside the range",
+        ),
+        ("unit = 'kN', polynomial = [1e308]", r"u.polynomial: the number 1e\+308 kN"),
+        ("unit = 'kN', default = 1e308", r"u.default: the number 1e\+308 kN"),
+    ],
+)
+def test_values_that_no_number_holds_are_refused(more, cause):
+    with pytest.raises(ModelError, match=cause):
+        Model.from_toml(MODEL.replace('unit = "N", default = 1.0{more}', more).format())
+
+
+def test_arrays_that_are_numbers_only_to_numpy_are_refused():
+    for times, cause in (
+        (np.array([0, 1], dtype="M8[s]"), "times are dates"),
+        (np.array([0, 1000], dtype="m8[ms]"), "times are time spans"),
+        (np.ma.masked_array([0.0, 1.0], mask=[False, True]), "masked"),
+        (np.array([0.0, 1.0j]), "times are complex"),
+    ):
+        with pytest.raises(InputFault, match=cause):
+            Table(times, [0.0, 1.0])
+
+
+def test_tables_too_steep_for_numbers_are_refused():
+    for values in ([1e308, -1e308], [0.0, 1e80]):
+        with pytest.raises(InputFault, match="steeper than numbers can follow"):
+            Table([0.0, 1.0], values)
+    Table([0.0, 1e-300], [0.0, 1.0], kind="hold")
+    for place, value in ((1e-300, 1.0), (0.5, 1e308)):
+        table = f"[tables.c]\ncolumns = [[0.0, {place}, 1.0], [0.0, {value}, 0.0]]\n"
+        with pytest.raises(ModelError, match=r"tables.c. columns: .* beyond what polynomials"):
+            Model.from_toml(model_text() + table)
+
+
+def test_units_in_the_first_line_of_a_curve_hold(tmp_path):
+    model = (
+        model_text().replace('x = "u"', 'x = "c(x)"') + '[tables.c]\nfile = "c.csv"{more}\noutside = "hold"\n'
+    )
+    (tmp_path / "c.csv").write_text("x [mm],f [kN]\n0,0.001\n1000,0.001\n")
+    for more in ("", '\nunits = ["mm", "kN"]'):
+        assert moved(model.replace("{more}", more), tmp_path) == pytest.approx(1.0, rel=1e-9)
+    with pytest.raises(ModelError, match="column 1 is in 'm' here, and in 'mm' by the first line"):
+        moved(model.replace("{more}", '\nunits = ["m", "kN"]'), tmp_path)
 
 
 @pytest.fixture
@@ -164,12 +230,17 @@ def test_inputs_on_the_command_line(folder, given):
         (["--input", "ramp.csv", "--input", "u=ramp.csv"], 2, "given already"),
         (["--input", "ramp.csv", "--set", "u=3"], 2, "given already"),
         (["--input", "u=wide.csv"], 2, "none of them 'u'"),
+        (["--input", "u=other.csv"], 2, "the column of other.csv is 'v', another input than 'u'"),
+        (["--input", "u=turned.csv"], 2, "times come first"),
     ],
 )
 def test_wrong_inputs_on_the_command_line(folder, arguments, status, cause):
     (folder / "bare.csv").write_text("0,1\n")
     (folder / "bad.csv").write_text("0,1\n1,x\n")
     (folder / "wide.csv").write_text("t,a,b\n0,1,2\n")
+    (folder / "other.csv").write_text("t,v\n0,1\n")
+    (folder / "turned.csv").write_text("u,t\n0,1\n")
+    (folder / "push.toml").write_text(model_text() + "[inputs.v]\nunit = 'N'\n")
     result = run(*arguments)
     assert result.exit_code == status
     assert cause in result.output

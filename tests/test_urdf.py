@@ -242,6 +242,23 @@ def test_unphysical_inertias_are_said(tmp_path):
     assert "line 4: the link 'c'" in cut and "-0.1 kg m^2; it is taken as 0" in cut
 
 
+@pytest.mark.parametrize(
+    ("inside", "says"),
+    [
+        ('<origin xzy="0 0 1"/>', "'xzy' of <origin> is read over: did you mean 'xyz'"),
+        ('<origin rpy="0 0 90"/>', "rpy = '0 0 90' is more than a turn"),
+        ('<dynamics dampng="1"/>', "'dampng' of <dynamics> is read over"),
+        ('<Axis xyz="0 1 0"/>', "<Axis> is read over: did you mean <axis>"),
+    ],
+)
+def test_what_is_read_over_and_looks_like_a_slip_is_said(tmp_path, inside, says):
+    path = tmp_path / "slip.urdf"
+    path.write_text(
+        robot(A, "<link name='b'><inertial><mass value='1'/></inertial></link>", AB.format(inside))
+    )
+    assert [note for note in import_urdf(path).notes if says in note]
+
+
 def test_the_command_writes_a_model_and_nothing_over_a_file(arm, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     result = CliRunner().invoke(main, ["import", "arm.urdf", "-o", "robot.toml"])

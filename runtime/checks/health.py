@@ -278,12 +278,16 @@ def _energy(solution: Solution, method: Method) -> HealthCheck:
     found = f"the energy balance is off by {value:.2g} of what the motion exchanges"
     if solution.energy.taken > solution.energy.max_error:
         found = f"without energy scaling, {found.replace('is off', 'would be off')}"
-    remedy = (
-        f"a smaller rtol than {solution.rtol:g}"
-        if method.adaptive
-        else f"a smaller step than {solution.step:g} s"
-    )
+    remedy = _smaller_tolerance(solution) if method.adaptive else f"a smaller step than {solution.step:g} s"
     return limited("energy", value, limit, found, f"{found}, more than {limit:.2g}: try {remedy}")
+
+
+def _smaller_tolerance(solution: Solution) -> str:
+    """Say which of the two tolerances decides: of what is small in its units, it is the absolute one."""
+    largest = float(np.abs(solution.states).max(initial=0.0))
+    if solution.atol > solution.rtol * largest:
+        return f"a smaller atol than {solution.atol:g}, which counts more than rtol as nothing is above {largest:.2g}"
+    return f"a smaller rtol than {solution.rtol:g}"
 
 
 def _share_of_exchange(solution: Solution) -> float:

@@ -59,16 +59,26 @@ def jumped_over(solution: Solution) -> SharpPlaces | None:
     """Return what steps of a run may have gone over; None where that cannot be told."""
     try:
         with np.errstate(all="ignore"):
-            return SharpPlaces(*_Path(solution).sharp_places())
+            n_more = solution.system.nv + solution.system.m
+            return SharpPlaces(*Path(solution, "residual", n_more).sharp_places())
     except ModuleError:  # loops with arrays, of large models
         return None
 
 
-class _Path:
-    """The recorded path of a run, as functions of time over cells."""
+class Path:
+    """The recorded path of a run, as functions of time over cells.
 
-    def __init__(self, solution: Solution):
-        self._equations = TimeTerms(solution.system, solution.p, "residual")
+    Parameters
+    ----------
+    solution : Solution
+    function : str
+        What is worked out along it.
+    n_more : int
+        How many numbers the function reads behind the state; they are taken as 0.
+    """
+
+    def __init__(self, solution: Solution, function: str, n_more: int):
+        self._equations = TimeTerms(solution.system, solution.p, function)
         keep = np.append(True, np.diff(solution.t) > 0.0)
         self._t, self._y = solution.t[keep], solution.states[keep]
         nq = solution.system.nq
@@ -77,7 +87,7 @@ class _Path:
             slopes[:, :nq] = self._y[:, nq:]
         self._slopes = slopes
         self._ends, self._lengths = solution.step_log[:, 0], solution.step_log[:, 1]
-        self._n_more = solution.system.nv + solution.system.m
+        self._n_more = n_more
         self._widths = self._all_widths()
 
     def _all_widths(self) -> list[float]:
@@ -111,6 +121,11 @@ class _Path:
 
     def _scales(self, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
         """The shortest time in which the equations change in each cell [s]."""
+        scales = [x.scale for x in self.ranges(begin, end) if isinstance(x, Range)]
+        return np.minimum.reduce(scales) if scales else np.full(len(begin), np.inf)
+
+    def ranges(self, begin: np.ndarray, end: np.ndarray) -> list[Range | float]:
+        """Return what the function is over cells from `begin` to `end` [s]."""
         (at_begin, slope), (at_end, later) = self._at(begin), self._at(end)
         middle = self._at(begin + 0.5 * (end - begin))[0]
         never, none = np.full(len(begin), np.inf), np.zeros(len(begin), dtype=np.int8)
@@ -122,9 +137,7 @@ class _Path:
             )
             for i in range(self._y.shape[1])
         ]  # fmt: skip
-        results = self._equations.values(Intervals(begin, end, self._widths), [*y, *[0.0] * self._n_more])
-        scales = [x.scale for x in results if isinstance(x, Range)]
-        return np.minimum.reduce(scales) if scales else never
+        return self._equations.values(Intervals(begin, end, self._widths), [*y, *[0.0] * self._n_more])
 
     def _at(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The state and its slope between frames, by Hermite's cubic."""

@@ -13,11 +13,15 @@ import numpy as np
 from symgen.runtime.batches import evaluate
 from symgen.runtime.checks.entry import HealthCheck
 from symgen.runtime.event_actions import event_times
+from symgen.runtime.lazy import Late
 from symgen.runtime.loop_arrays import DIRECTIONS
 from symgen.runtime.options import SAME_TICKS, time_resolution
 
 if TYPE_CHECKING:
     from symgen.runtime.solution import Solution
+
+# Interval arithmetic: for models with events of their own.
+hidden = Late("symgen.runtime.checks.hidden_crossings")
 
 _BETWEEN = 4  # places in an interval between frames
 _ROUND_OFF = 1e-7  # of an event function's range: dips below count as touching
@@ -36,14 +40,19 @@ def missed_events(solution: Solution) -> Iterator[HealthCheck]:
     fired = event_times(solution.events)
     quiet = _without_events(t, fired)
     missed = []
-    for e, event in enumerate(system.events):
-        if event["action"] in ("stop", "friction", "jump"):
-            continue
+    own = [e for e, event in enumerate(system.events) if event["action"] not in ("stop", "friction", "jump")]
+    for e in own:
+        event = system.events[e]
         g, direction = values[:, e], DIRECTIONS[event["direction"]]
         floor = _ROUND_OFF * np.ptp(g) if np.isfinite(g).all() else np.inf
         alone = [float(t[k]) for k in _crossings(g, floor, direction) if quiet[k]]
         times = alone or _on_the_wrong_side(solution, e, direction, floor)
         missed += [(when, event["name"]) for when in times]
+    if not missed and own:
+        between = _away_from(_without_the_end(solution.t), fired)
+        missed = [
+            (when, system.events[e]["name"]) for when, e in hidden.hidden_crossings(solution, own, between)
+        ]
     found = f"{len(solution.events)} events fired, none was passed by"
     count = max(len(missed), sum(n for _, n, _ in solution.passed_by))
     missed += [(when, name) for name, _, when in solution.passed_by]
@@ -109,6 +118,15 @@ def _without_events(t: np.ndarray, fired: np.ndarray) -> np.ndarray:
         k = int(np.searchsorted(t, when))
         quiet[max(0, k - 1 - _BETWEEN) : k + 1 + _BETWEEN] = False
     return quiet
+
+
+def _away_from(t: np.ndarray, fired: np.ndarray) -> np.ndarray:
+    """Return which intervals between frames, and their neighbours, have no event in them."""
+    away = np.ones(len(t) - 1, dtype=bool)
+    for when in fired:
+        k = int(np.searchsorted(t, when))
+        away[max(0, k - 2) : k + 1] = False
+    return away
 
 
 def _between_frames(solution: Solution) -> tuple[np.ndarray, np.ndarray]:

@@ -299,15 +299,14 @@ def is_ill_conditioned(system: System, p: np.ndarray, t: float, q: np.ndarray) -
         p[list(system.switched.values())] = 0.0
     nearby = Positions(system).retract(q, nearby_step(system.nv))
     directions = _random(system.nv)[1]
-    still = np.concatenate([nearby, 0.0 * directions])
-    if not _misses(system, p, t, still):
+    if not _misses(system, p, t, np.concatenate([nearby, 0.0 * directions])):
         return False  # as nearly always: how fast is fast need not be found out
     # Forces that nearly balance leave accelerations as small as round-off. With some rates they do not; where rates
     # make no forces, as in gears that begin to slip, a little later and with slightly other parameters they do not.
     rates = Constraints(system, p, t).characteristic_sizes(q) * directions
     if not all(_misses(system, p, t, np.concatenate([nearby, speed * rates])) for speed in _SPEEDS):
         return False
-    return _misses(system, _nearby_parameters(system, p), t + _NEARBY * (1.0 + abs(t)), still)
+    return _misses(system, _nearby_parameters(system, p), t + _NEARBY * (1.0 + abs(t)), np.concatenate([nearby, rates]))
 
 
 def _nearby_parameters(system: System, p: np.ndarray) -> np.ndarray:

@@ -435,6 +435,8 @@ def _objection(system: System, driven: DrivenSystem | None) -> str:
         has_plain_events(system) and all(e["action"] in ACTIONS for e in system.events)
     ):
         return "events other than resets, records and ends of free motion are for single runs"
+    if system.events_may_jump:
+        return "events whose functions have choices or steps are for single runs"
     return ""
 
 

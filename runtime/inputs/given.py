@@ -20,6 +20,7 @@ _SAME_SLOPE = 1e-9  # likewise of slopes
 _SAME = 1e-12  # a difference at a knot, in parts of the values about it, that is round-off and no jump
 _FITTED, _FIT = 4, 1e-8  # pieces of such a degree approximate a function, which their slopes miss by so much
 _COUNTS = 1e-9  # of what an input adds up to in a run
+_STEEPEST = 1e75  # [1/s]: of polynomials with such slopes the powers overflow
 
 
 @dataclass(frozen=True)
@@ -155,6 +156,12 @@ def _slopes(t: np.ndarray, h: np.ndarray, chord: np.ndarray) -> np.ndarray:
 
 
 KINDS = ("linear", "cubic", "hold")
+# What NumPy makes numbers of without a word, by its kind.
+_NO_NUMBERS = {
+    "M": "dates: give seconds, (t - t[0]) / numpy.timedelta64(1, 's')",
+    "m": "time spans in a unit of their own: give seconds, t / numpy.timedelta64(1, 's')",
+    "c": "complex: give their real parts",
+}
 
 
 class InputFault(RuntimeModelError):
@@ -199,8 +206,22 @@ class Table:
             raise InputFault(
                 f"times of a table must ascend, but row {row + 1} has {times[row]:.9g} s after {times[row - 1]:.9g} s"
             )
+        if self.kind != "hold":
+            self._refuse_slopes(times, values)
         object.__setattr__(self, "times", times)
         object.__setattr__(self, "values", values)
+
+    @staticmethod
+    def _refuse_slopes(times: np.ndarray, values: np.ndarray) -> None:
+        with np.errstate(over="ignore", invalid="ignore"):
+            steep = np.flatnonzero(~(np.abs(np.diff(values) / np.diff(times)) <= _STEEPEST))
+        if len(steep):
+            row = int(steep[0])
+            raise InputFault(
+                f"values of a table go from {values[row]:.3g} to {values[row + 1]:.3g} in "
+                f"{times[row + 1] - times[row]:.3g} s from row {row + 1} on, steeper than numbers can follow: look at "
+                'the exponents, or let it jump, with kind = "hold"'
+            )
 
     def pieces(self) -> Pieces:
         """Return the table as polynomials in pieces; one piece before the first time, one after the last."""
@@ -246,6 +267,11 @@ class Polynomial:
 
 
 def _numbers(name: str, values: Any) -> np.ndarray:
+    kind = getattr(getattr(values, "dtype", None), "kind", "f")
+    if kind in _NO_NUMBERS:
+        raise InputFault(f"{name} are {_NO_NUMBERS[kind]}")
+    if np.ma.is_masked(values):
+        raise InputFault(f"{name} have places that are masked: leave their rows out")
     try:
         array = np.array(values, dtype=float)
     except (TypeError, ValueError):

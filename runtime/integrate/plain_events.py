@@ -20,7 +20,7 @@ RECORDS, RESETS, TERMINATES = range(3)  # what an event of the model's own does
 # What becomes of an event.
 ACTED, NOT_PLAIN, PILES_UP, ENDS = range(4)
 ZENO = 10  # status of `advance_over_events`: acted on, and events pile up at `sums[ACCUMULATION]`
-N_LOG, N_INTERVALS, IS_ADAPTIVE = range(3)  # in `counts`
+N_LOG, N_INTERVALS, IS_ADAPTIVE, MAY_JUMP = range(4)  # in `counts`
 RESET_ENERGY, LAST_RESET, ACCUMULATION = range(3)  # in `sums`; no reset so far: nan
 # Of a row of the log; the states before and after follow, then the work that was done up to it.
 EVENT, TIME, CHANGE, NEXT_FRAME, FIRST_STATE = range(5)
@@ -28,6 +28,9 @@ MOST_INTERVALS = 64
 ROUND_OFF = 4.0 * float(np.finfo(float).eps)
 EPS = float(np.finfo(float).eps)
 CLEAR, PART_OF_FLIGHT, AHEAD = 8.0, 1e-2, 1e-6
+# Times its change in the last digits of time behind an event: a function that changed so much more in those before it
+# has jumped.
+JUMPED = 1e6
 ZENO_SHRINKAGE, ZENO_EVENTS = 1e-7, 5
 SURELY_SEEN, LED, PLAINLY = 64.0, 1e-12, 1e-6
 AT_STOP = 64.0 * EPS  # relative: an event as near to where the call ends is acted on with what changes there
@@ -49,7 +52,7 @@ class After(NamedTuple):
     switches_at : ndarray of int64
         Where it says that they are.
     sums, intervals : ndarray, shapes (3,), (MOST_INTERVALS,)
-    counts : ndarray of int64, shape (3,)
+    counts : ndarray of int64, shape (4,)
     lowest : ndarray, shape (number of stops,)
         The least gap of each stop at the ends of steps.
     log : ndarray, shape (n, FIRST_STATE + 2 (nq + nv) + 1)
@@ -159,6 +162,8 @@ def act(loop, after):
     n = loop.sizes[at.NQ] + loop.sizes[at.NV]
     copy(loop.y[:n], after.before)
     call_kernel(after.addresses[EVENTS], loop.control[at.T], loop.y, loop.p, after.values)
+    if event < n_own and after.counts[MAY_JUMP] and has_jumped(event, loop, after):
+        return NOT_PLAIN
     if event < n_own and after.actions[event] == RECORDS:
         note_gaps(loop, after)
         write_log(event, 0.0, math.nan, loop, after)
@@ -247,6 +252,29 @@ def find_values_ahead(dt, loop, after, values):
     for k in range(after.slope.shape[0]):
         after.moved[k] = loop.y[k] + dt * after.slope[k]
     call_kernel(after.addresses[EVENTS], loop.control[at.T] + dt, after.moved, loop.p, values)
+
+
+@jitted
+def has_jumped(event, loop, after):
+    """Whether a function that has fired jumped over zero: `event_actions.has_jumped`."""
+    here = after.values[event]
+    find_slope(loop, after)
+    find_values_beside(-1.0, loop, after, after.other)
+    before = after.other[event]
+    if not here * before < 0.0:
+        return False
+    find_values_beside(1.0, loop, after, after.other)
+    return abs(here - before) > JUMPED * (abs(after.other[event] - here) + EPS * abs(here))
+
+
+@jitted
+def find_values_beside(way, loop, after, values):
+    """Write the event functions as far along the motion (1) or back (-1) as the last digits go to `values`."""
+    dt = ROUND_OFF * abs(loop.control[at.T])
+    for k in range(after.slope.shape[0]):
+        y, slope = loop.y[k], after.slope[k]
+        after.moved[k] = y + way * (dt * slope + ROUND_OFF * abs(y) * sign(slope))
+    call_kernel(after.addresses[EVENTS], loop.control[at.T] + way * dt, after.moved, loop.p, values)
 
 
 @jitted

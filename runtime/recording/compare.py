@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -217,6 +218,11 @@ def _common_frames(a: Recording, b: Recording) -> tuple[np.ndarray, np.ndarray]:
         raise RecordingError(
             f"{a.path} and {b.path} have no frames at common times: record both with the same --fps"
         )
+    if same.sum() == 1 < min(len(last_a), len(last_b)):
+        raise RecordingError(
+            f"{a.path} and {b.path} have one frame at a common time, t = {a.t[last_a[same]][0]:.6g} s, which says "
+            "nothing of their motion: record both with the same --fps"
+        )
     return last_a[same], last_b[place[same]]
 
 
@@ -282,7 +288,17 @@ def _settings(a: Recording, b: Recording) -> list[Setting]:
         Setting(key, a.versions.get(key), b.versions.get(key)) for key in sorted({*a.versions, *b.versions})
     ]
     found.append(Setting("status", a.status, b.status))
+    found += _event_counts(a, b)
     return [setting for setting in found if setting.first != setting.second]
+
+
+def _event_counts(a: Recording, b: Recording) -> list[Setting]:
+    """Return how often each event fired in the time that both runs have, to within a last frame."""
+    last = min(a.t[-1], b.t[-1])
+    counts = [Counter(event.name for event in r.events if event.t <= last) for r in (a, b)]
+    return [
+        Setting(f"events {name}", *(c[name] for c in counts)) for name in sorted({*counts[0], *counts[1]})
+    ]
 
 
 def _equations(recording: Recording) -> str:

@@ -24,10 +24,12 @@ from symgen.runtime.options import RunOptions
 if TYPE_CHECKING:
     from symgen.link import ModuleText
     from symgen.model.table_file import TableFile
+    from symgen.model.units import Unit
     from symgen.runtime.inputs.given import Table
     from symgen.runtime.system import System
 
 table_file = Late("symgen.model.table_file")
+model_units = Late("symgen.model.units")
 inputs_given = Late("symgen.runtime.inputs.given")
 
 KINDS = ("linear", "cubic", "hold")
@@ -48,11 +50,12 @@ def input_tables(
     constant : iterable of str
         Names that `--set` gives.
     """
-    names = [record["name"] for record in system.inputs]
+    sizes = {record["name"]: record.get("unit") for record in system.inputs}
+    names = list(sizes)
     found: dict[str, Table] = {}
     for text in texts:
         name, equals, file = text.partition("=")
-        tables = _columns(*((Path(file), name.strip()) if equals else (Path(text), "")), kind)
+        tables = _columns(*((Path(file), name.strip()) if equals else (Path(text), "")), kind, sizes)
         for column, table in tables.items():
             if column not in names:
                 raise click.UsageError(
@@ -64,28 +67,46 @@ def input_tables(
     return found
 
 
-def _columns(path: Path, name: str, kind: str) -> dict[str, Table]:
+def _columns(path: Path, name: str, kind: str, sizes: dict[str, str | None]) -> dict[str, Table]:
+    """The tables of a file, by input; `sizes` has the unit of each input of the model."""
     content = table_file.read_table_file(path)
-    if not name:
-        if not content.names:
-            raise click.UsageError(
-                f"--input {path}: its first line names no inputs; give NAME={path}, or name the columns"
-            )
-        return {
-            column: inputs_given.Table(content.times, x, kind)
-            for column, x in zip(content.names[1:], content.columns)
-        }
-    return {name: inputs_given.Table(content.times, _column(path, name, content), kind)}
+    if content.names and content.names[0] in sizes:
+        raise click.UsageError(
+            f"--input: the first column of {path} is {content.names[0]!r}, an input; times come first"
+        )
+    if name:
+        wanted = {name: _column(path, name, content, sizes)}
+    elif content.names:
+        wanted = {column: k for k, column in enumerate(content.names[1:])}
+    else:
+        raise click.UsageError(
+            f"--input {path}: its first line names no inputs; give NAME={path}, or name the columns"
+        )
+    return {
+        column: inputs_given.Table(content.times, content.in_si(k, _unit(sizes.get(column))), kind)
+        for column, k in wanted.items()
+    }
 
 
-def _column(path: Path, name: str, content: TableFile) -> tuple[float, ...]:
+def _unit(text: str | None) -> Unit | None:
+    return model_units.parse_unit(text) if text else None
+
+
+def _column(path: Path, name: str, content: TableFile, sizes: dict[str, str | None]) -> int:
+    """The number of the further column that is meant for an input."""
+    names = content.names[1:]
     if len(content.columns) == 1:
-        return content.columns[0]
-    if name not in content.names[1:]:
+        if names and names[0] != name and names[0] in sizes and name in sizes:
+            raise click.UsageError(
+                f"--input: the column of {path} is {names[0]!r}, another input than {name!r}; rename the column, or "
+                f"give --input {names[0]}={path}"
+            )
+        return 0
+    if name not in names:
         raise click.UsageError(
             f"--input: {path} has {len(content.columns)} columns of values, none of them {name!r}"
         )
-    return content.columns[content.names[1:].index(name)]
+    return names.index(name)
 
 
 _TREATMENTS = ("projection", "baumgarte", "ggl", "index3", "partition", "none", "auto")

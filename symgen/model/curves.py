@@ -16,7 +16,7 @@ from .functions import VALUE, tabulated
 from .over_time import table_path
 from .sources import read
 from .table_file import read_columns
-from .units import Unit
+from .units import Unit, in_si
 
 if TYPE_CHECKING:
     import sympy
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 TABLE_KEYS = ("columns", "file", "kind", "outside", "units")
 TABLE_KINDS = ("linear", "pchip", "cubic", "bicubic")
 OUTSIDE = ("hold", "extend", "refuse")
+LARGEST = 1e75  # whose fourth power is a number still
 MOST_ROWS = 512  # of a curve, or of a map: what is chosen among stands in the generated code
 
 
@@ -97,10 +98,10 @@ def make_table(model: Declared, name: str, given: dict[str, Any]) -> Table:
         if not isinstance(file, str):
             raise error("file", f"a file is named by text, not {file!r:.60}")
         path = table_path(model, "file", file, place)
-        listed = read_columns(path, MOST_ROWS)
+        listed, stated = read_columns(path, MOST_ROWS)
         where = str(path)
     else:
-        listed, where = _columns(columns, error), ""
+        listed, stated, where = _columns(columns, error), (), ""
     kind, outside = given.get("kind") or "linear", given.get("outside") or "refuse"
     for key, value, known in (("kind", kind, TABLE_KINDS), ("outside", outside, OUTSIDE)):
         if value not in known:
@@ -116,12 +117,14 @@ def make_table(model: Declared, name: str, given: dict[str, Any]) -> Table:
     if len(listed) == 2 and kind == "bicubic":
         raise error("kind", "'bicubic' is for two arguments", "take 'cubic'")
     units = _units(model, place, given.get("units"), len(listed))
-    listed = [
-        tuple(x if size is None else size.to_si(x) for x in column)
-        for column, size in zip(listed, units, strict=True)
-    ]
+    units = _with_stated(units, stated or [None] * len(listed), error, where)
+    try:
+        listed = [in_si(column, size) for column, size in zip(listed, units, strict=True)]
+    except ModelError as fault:
+        raise sources.locate(fault, place, "file" if where else "columns") from None
     at = (where, place)
     axes, values = _curve(listed, error, at) if len(listed) == 2 else _map(listed, error, at)
+    _check_sizes(axes, values, error, where)
     return Table(
         name=name,
         axes=axes,
@@ -165,6 +168,41 @@ def _units(model: Declared, place: str, units: Any, count: int) -> list[Unit | N
         message = f"'units' has one text for each of the {count} columns, \"\" where there is none"
         raise model._sources.error(place, "units", message, hint='for example units = ["m", "N"]')
     return [model._sources.unit(x, place, f"units[{k}]") for k, x in enumerate(units)]
+
+
+def _check_sizes(axes: tuple[tuple[float, ...], ...], values: tuple[float, ...], error, where: str) -> None:
+    """Refuse places too near or too far, and values too large, for the products that polynomials between them take."""
+    gaps = [after - before for axis in axes for before, after in pairwise(axis)]
+    largest = max(map(abs, (*values, *(x for axis in axes for x in axis))))
+    if (
+        min(gaps) * LARGEST >= 1.0
+        and largest <= LARGEST
+        and 2.0 * max(map(abs, values)) <= min(gaps) * LARGEST
+    ):
+        return
+    message = (
+        f"{_of(where)}numbers up to {largest:.3g}, at places as near as {min(gaps):.3g}, are beyond what polynomials "
+        "between them can be worked out with"
+    )
+    raise error("file" if where else "columns", message, "look at the exponents and the units")
+
+
+def _with_stated(
+    units: Sequence[Unit | None], stated: Sequence[Unit | None], error, where: str
+) -> list[Unit | None]:
+    """Return the unit of each column: what the model says, else what the first line of the file states."""
+    for column, (own, of_file) in enumerate(zip(units, stated, strict=True), 1):
+        if own is None or of_file is None:
+            continue
+        same = (own.factor, own.pi_power, own.dimension) == (
+            of_file.factor,
+            of_file.pi_power,
+            of_file.dimension,
+        )
+        if not same:
+            message = f"column {column} is in {own.text!r} here, and in {of_file.text!r} by the first line of {where}"
+            raise error("units", message, "say the same in both, or in one of them only")
+    return [of_file if own is None else own for own, of_file in zip(units, stated, strict=True)]
 
 
 def _of(file: str) -> str:

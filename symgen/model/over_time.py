@@ -8,11 +8,11 @@ from itertools import pairwise
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
-from ..errors import nearest
+from ..errors import ModelError, nearest
 from .declared import Declared
 from .given import unpacked
 from .table_file import read_table_file
-from .units import Unit
+from .units import Unit, in_si
 
 KINDS = ("linear", "cubic", "hold")
 
@@ -55,17 +55,23 @@ def read_over_time(
                 "a polynomial has at least one coefficient",
                 hint="for example polynomial = [0.0, 1.0]",
             )
-        return {"polynomial": _in_si(numbers, size)}
+        return {"polynomial": _in_si(model, f"{name}.polynomial", numbers, size)}
     if table is None:
         return {}
     key = f"{name}.table"
-    times, values = _from_file(model, name, table) if isinstance(table, str) else _pair(model, key, table)
-    return {"times": times, "values": _in_si(values, size), "kind": kind or "linear"}
+    if isinstance(table, str):
+        times, values = _from_file(model, name, table, size)
+    else:
+        times, values = _pair(model, key, table)
+        values = _in_si(model, key, values, size)
+    return {"times": times, "values": values, "kind": kind or "linear"}
 
 
-def _in_si(values: tuple[float, ...], size: Unit | None) -> tuple[float, ...]:
-    plain = size is None or (size.factor == 1 and not size.pi_power)
-    return values if plain else tuple(map(size.to_si, values))
+def _in_si(model: Declared, key: str, values: tuple[float, ...], size: Unit | None) -> tuple[float, ...]:
+    try:
+        return in_si(values, size)
+    except ModelError as error:
+        raise model._sources.locate(error, "inputs", key) from None
 
 
 def _pair(model: Declared, key: str, table: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -98,18 +104,20 @@ def _numbers(model: Declared, key: str, values: Any) -> tuple[float, ...]:
     return tuple(map(float, values))
 
 
-def _from_file(model: Declared, name: str, file: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """The table of a file; of several columns, the one that bears the input's name."""
+def _from_file(
+    model: Declared, name: str, file: str, size: Unit | None
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """The table of a file in SI; of several columns, the one that bears the input's name."""
     key = f"{name}.table"
     content = read_table_file(table_path(model, key, file))
     if len(content.columns) == 1:
-        return content.times, content.columns[0]
+        return content.times, content.in_si(0, size)
     if name not in content.names[1:]:
         raise model._sources.error(
             "inputs", key, f"the table {file!r:.100} has {len(content.columns)} columns of values, none is {name!r}",
             hint="name the columns in the first line",
         )  # fmt: skip
-    return content.times, content.columns[content.names[1:].index(name)]
+    return content.times, content.in_si(content.names[1:].index(name), size)
 
 
 def table_path(model: Declared, key: str, file: str, table: str = "inputs", what: str = "table") -> Path:

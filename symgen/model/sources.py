@@ -17,7 +17,7 @@ from .expressions import parse, quantity_value
 from .given import given_expression
 from .printing import shortened
 from .unevaluated import difference
-from .units import Unit, parse_unit
+from .units import Unit, in_si, parse_unit
 
 Address = tuple[str, str]  # TOML table and key, in Python models too
 CALLS = {  # table: method of the Python interface; the name that follows is its first argument
@@ -248,10 +248,10 @@ class Sources:
         """Take a number (in `unit`) or a quantity (which must fit `unit`); returns its SI value and unit."""
         try:
             result, found = read_number(value)
+            if found is None:
+                return in_si([result], unit)[0], unit
         except ModelError as error:
             raise self.locate(error, table, key) from None
-        if found is None:
-            return (result if unit is None else _to_si(unit, result)), unit
         if unit is not None and found.dimension != unit.dimension:
             raise self.error(
                 table,
@@ -273,10 +273,6 @@ class Sources:
             return parse_unit(value)
         except ModelError as error:
             raise self.locate(error, table, key) from None
-
-
-def _to_si(unit: Unit, value: float) -> float:
-    return value if unit.factor == 1 and not unit.pi_power else unit.to_si(value)
 
 
 def _own(text: str, use: str) -> str:

@@ -105,7 +105,7 @@ class _Builder:
         self._model = self.model = make(identifier(robot.name), described, gravity=gravity, folder=folder)
         self._naming = Naming(self._model, robot.file, expose)
         self._name, self._number = self._naming.name, self._naming.number
-        self._result = Import(robot, base, self._model)
+        self._result = Import(robot, base, self._model, notes=list(robot.slips))
         self._painter = (
             None
             if pictures is None

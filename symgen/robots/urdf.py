@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from .slips import slips
 from .xml_tree import Element, read_xml
 
 Vector = tuple[float, float, float]
@@ -132,6 +133,8 @@ class Robot:
     joints : tuple of RobotJoint
         In the order of a walk through the tree, children in the order of the file.
     file : str
+    slips : tuple of str
+        What the file says in words that are read over, and look like a slip.
     """
 
     name: str
@@ -139,6 +142,7 @@ class Robot:
     links: dict[str, Link]
     joints: tuple[RobotJoint, ...]
     file: str
+    slips: tuple[str, ...]
 
 
 def read_urdf(path: str | Path) -> Robot:
@@ -170,7 +174,8 @@ def robot_of(root: Element) -> Robot:
     joints = _named([_joint(element, rotors) for element in root.all("joint")])
     _check_ends(links, joints)
     first = _root(root, links, joints)
-    return Robot(root.text("name", "robot"), first, links, _in_order(first, links, joints), root.file)
+    in_order = _in_order(first, links, joints)
+    return Robot(root.text("name", "robot"), first, links, in_order, root.file, tuple(slips(root)))
 
 
 def _named(items: list) -> dict:
