@@ -306,7 +306,9 @@ def is_ill_conditioned(system: System, p: np.ndarray, t: float, q: np.ndarray) -
     rates = Constraints(system, p, t).characteristic_sizes(q) * directions
     if not all(_misses(system, p, t, np.concatenate([nearby, speed * rates])) for speed in _SPEEDS):
         return False
-    return _misses(system, _nearby_parameters(system, p), t + _NEARBY * (1.0 + abs(t)), np.concatenate([nearby, rates]))
+    return _misses(
+        system, _nearby_parameters(system, p), t + _NEARBY * (1.0 + abs(t)), np.concatenate([nearby, rates])
+    )
 
 
 def _nearby_parameters(system: System, p: np.ndarray) -> np.ndarray:
