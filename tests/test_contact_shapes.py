@@ -1224,6 +1224,7 @@ def test_a_plank_that_slides_on_edges_is_slowed_down_by_friction(angle):
     assert run["plank_free_z"][-1] == pytest.approx(0.1, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_a_plank_that_spins_stands_on_the_places_where_edges_cross():
     run = planks((0, 0, 0, 0, 0, 2.0), (0, 0, 0.1), 0.4).derive().run(t_end=0.4, method="dop853")
     assert run.ok and run["plank_free_z"][-1] == pytest.approx(0.1, abs=1e-12)

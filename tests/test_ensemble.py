@@ -119,7 +119,7 @@ def test_lanes_do_not_change_members(name, method):
 
 
 @pytest.mark.parametrize("name", STIFF)
-@pytest.mark.parametrize("rtol", [1e-5, 1e-9])
+@pytest.mark.parametrize("rtol", [1e-5, pytest.param(1e-9, marks=pytest.mark.slow)])
 def test_stiff_members_do_not_depend_on_others(name, rtol):
     plan = plan_of(name, rtol=rtol, frames=9, method="radau5" if rtol > 1e-7 else "radau9")
     parameters, starts, _ = members_of(plan)
@@ -224,6 +224,7 @@ def test_fixed_steps(name, method):
         ("bricard", "rattle", 200), ("bricard", "rattle4", 100),
     ],
 )  # fmt: skip
+@pytest.mark.slow
 def test_rattle_in_lanes(name, method, steps):
     """At any width and with any frames the same bits; those of `system.run` but for round-off."""
     system, t_end, kept = varied(name)
@@ -761,7 +762,9 @@ FEATURES = {
 COLUMNS_OF_DOCS = ("dop853", "taylor", "radau5", "rk4", "rattle")
 
 
-@pytest.mark.parametrize("feature", FEATURES)
+@pytest.mark.parametrize(
+    "feature", [pytest.param(f, marks=[pytest.mark.slow] if f == "quaternions" else []) for f in FEATURES]
+)
 def test_what_the_page_says_of_lanes_is_so(feature):
     page = (Path(__file__).parents[1] / "docs" / "ensembles.md").read_text()
     rows = [

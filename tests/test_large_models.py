@@ -173,6 +173,7 @@ def long_chain():
     return runtime.load(derive_text(load(find("chain_absolute"), {"N": "240"})).text)
 
 
+@pytest.mark.slow
 def test_round_off_that_adds_up_along_a_chain_does_not_stop_steps_of_index_3(long_chain):
     """Newton's corrections stall at the round-off of 480 constraints; steps are of second order all the same."""
     tight = {"t_end": 0.02, "rtol": 1e-9, "atol": 1e-11}

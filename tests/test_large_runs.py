@@ -128,6 +128,7 @@ def whole(text, tmp_path_factory):
     return path, record(path, text, lambda **more: bounce(text, **more))
 
 
+@pytest.mark.slow
 def test_stops_throw_a_large_model_back(text, whole):
     _, run = whole
     assert suited_to_size(METHODS["radau5"], runtime.load(text)).family.endswith(":advance_radau_sparse")

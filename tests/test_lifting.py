@@ -156,13 +156,15 @@ def test_small_ones_are_sympys(forced, family):
 
 
 # Massless coordinates, quaternions, stops and friction, constraints that move with time, dependent ones.
+_BOTH = [
+    name
+    for name in sorted(bundled())
+    if name not in ("lattice", "humanoid_tree", "engine_mounts", "stewart_platform", "wheel_set")
+]
+
+
 @pytest.mark.parametrize(
-    "name",
-    [
-        name
-        for name in sorted(bundled())
-        if name not in ("lattice", "humanoid_tree", "engine_mounts", "stewart_platform", "wheel_set")
-    ],
+    "name", [pytest.param(name, marks=[pytest.mark.slow] if k % 3 else []) for k, name in enumerate(_BOTH)]
 )
 def test_both_forms_of_bundled_models_agree(monkeypatch, name):
     usual = derive(load(find(name)))

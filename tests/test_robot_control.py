@@ -49,6 +49,7 @@ def system():
     return model.derive().with_robot(model.robot(frames=["tip"]))
 
 
+@pytest.mark.slow
 def test_computed_torque_makes_errors_a_critically_damped_spring(system):
     path = Trajectory(PLACES, [0.0, 0.7, 1.5])
     inputs = computed_torque(system, path, 25.0, 10.0)

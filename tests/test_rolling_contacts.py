@@ -418,7 +418,8 @@ def test_a_ball_on_a_road_that_is_a_table(kind):
         assert found == pytest.approx(expected, abs=off), method
 
 
-@pytest.mark.parametrize("rolls", ["ball", pytest.param("wheel", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("rolls", ["ball", "wheel"])
+@pytest.mark.slow
 def test_a_map_of_a_surface_is_rolled_on_as_the_surface_is(rolls):
     """Products of splines through z = (a x² + b y²)/2 + c x y are that; `radau5` has their derivatives."""
     knots = np.linspace(-1.5, 1.5, 6)

@@ -15,7 +15,11 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize(("name", "n", "how"), CASES, ids=lambda x: str(x))
+@pytest.mark.parametrize(
+    ("name", "n", "how"),
+    [pytest.param(*case, marks=[pytest.mark.slow] if k % 2 else []) for k, case in enumerate(CASES)],
+    ids=lambda x: str(x),
+)
 def test_functions_agree_in_every_form(name, n, how):
     outcome = check(name, n, how, series=False)
     assert outcome.verdict == RIGHT, outcome.says

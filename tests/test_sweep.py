@@ -90,12 +90,14 @@ def test_ctrl_c_is_answered_in_the_middle_of_a_part(tmp_path):
         "L2=normal(1, 0.01)",
         "-n",
         "64",
+        "--threads",
+        "1",
     ]
     process = subprocess.Popen(
         [sys.executable, "-c", "from symgen.cli import main; main()", "sweep", *arguments, "--out", str(out)],
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
     )  # fmt: skip
-    time.sleep(5)  # it derives first
+    time.sleep(15)  # it derives and compiles first
     process.send_signal(signal.SIGINT)
     said, _ = process.communicate(timeout=30)
     assert process.returncode == 130, said

@@ -18,7 +18,7 @@ from symgen.runtime.lazy import Late
 from symgen.runtime.loop_arrays import LoopArrays
 from symgen.runtime.options import RunOptions
 from symgen.runtime.record import record
-from symgen.runtime.timing.timetable import timetable
+from symgen.runtime.timing.timetable import shortest_max_step, timetable
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -220,6 +220,8 @@ def _timetable(
     adaptive = companion.method.adaptive
     limited = adaptive and companion.rtol < _LOOSE and looks >= 1.0 and not _is_smooth(solution.system)
     longest = _UNLIKE * (end - t) / looks if limited else None
+    if longest is not None and longest < shortest_max_step(t, end):
+        longest = None  # frames may be as near to each other as round-off
     closely = sharp.step_limits(_OF_ALLOWED * most_steps) if adaptive and sharp is not None else None
     if closely is not None:
         step_limits = closely if step_limits is None else step_limits.within(closely)

@@ -293,7 +293,12 @@ class _Comparison:
         )
         self._states = solution.states if whole else solution.states[rows]
         self.own = method_of(solution)
-        self._least = _OF_ATOL * solution.atol if self.own.adaptive else _LEAST
+        self._least = np.full(
+            solution.states.shape[1], _OF_ATOL * solution.atol if self.own.adaptive else _LEAST
+        )
+        if self.own.adaptive:  # elements of quaternions are parts of one
+            turning = [k for first in self.system.quaternions for k in range(first, first + 4)]
+            self._least[turning] = _OF_ATOL * max(solution.atol, solution.rtol)
         self._between = seen_between(solution, self.own)
         extent = self._extent(self._states)
         self._rest = _unresolved_rates(self.system, extent, self._t)

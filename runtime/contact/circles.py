@@ -20,7 +20,7 @@ from symgen.runtime.contact.local_dynamics import LocalDynamics
 
 _ROUNDS = 40
 _SWEEPS = 25  # of a round
-_NEWTON_STEPS = 25
+_NEWTON_STEPS = 50  # at the limit of what frictions hold it converges linearly
 _SOLVED = 1e-13  # of the largest force
 _REDUNDANT = 1e-12  # singular values below this part of the largest: forces that others can take over
 _ROUND_OFF = 1e-15

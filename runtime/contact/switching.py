@@ -17,6 +17,7 @@ from symgen.runtime.contact.instant import AHEAD, BALANCED, LIMIT_ROUNDED, ROUND
 from symgen.runtime.contact.levels import Levels
 from symgen.runtime.contact.local_dynamics import LocalDynamics, Normal, normal_forces
 from symgen.runtime.contact.lone_friction import LoneFriction
+from symgen.runtime.contact.onset import onset_directions
 from symgen.runtime.contact.sharing import AT_LIMIT, evened
 from symgen.runtime.errors import ContactError, RuntimeModelError
 from symgen.runtime.integrate import layout as at
@@ -33,6 +34,8 @@ _ROUNDED_LEVEL = 1e-6  # of the largest level of a friction: one that nothing pr
 _FAR = 0.999  # of what a friction can take
 _ANY_ANGLE, _ANY_SPEED = 1e9, 1e150
 _CLEARLY, _AT_BOUND = 2.0, 1e-6  # times the speed from which on fixed steps let a friction turn
+_AT_THE_LIMIT = 1e-6  # of the accelerations that forces balance: as large as errors of the event that told so
+_SAME_WAY = 0.9  # cosine of the angle between two answers to the same question
 _OFF_AIM = 1e-6  # of the speed along an aim: what goes across beyond that has another direction
 
 
@@ -55,18 +58,17 @@ class Holding(LoneFriction):
             bearing = touching & ~left
             acting = np.concatenate([bearing, still & (self._pressed(bearing) | ~left.any())])
             forces = _spread(here.compliance, acting[self.n_stops :] & ~self._in_circles, forces, most)
-            forces, most, shared = self._evened(here, acting, levels, forces, most)
+            few = self._borne_by_few(here, acting, levels, forces, same_motion=True)
+            taking = self._taking_part(acting, (forces > 0.0) & ~(few > 0.0))
+            forces, most, shared = self._evened(here, taking, levels, few)
             accelerations = here.free + here.compliance @ forces
-            sticks, onset = self._sticking(here, acting, levels, forces, most, shared)
+            sticks, onset = self._sticking(here, taking, levels, forces, most, shared)
             slipping = still & ~sticks
-            if not slipping.any():
+            if not (slipping & ~(acting & ~taking)[self.n_stops :]).any():
                 break
             self.senses = np.where(slipping, onset, self.senses)
             self.aimed = self.aimed | (slipping & self._in_circles)
-            still = sticks
-        forces = self._borne_by_few(
-            here, np.concatenate([touching, sticks]), levels, forces, same_motion=True
-        )
+            still, left = sticks, left | (touching & ~taking[: self.n_stops])
         held = np.concatenate([touching & self._press(here, forces), sticks])
         weak = self._weak(here, touching & struck, forces, accelerations)
         pressing = self._about_to_press(here, np.concatenate([touching, sticks]), weak, forces)
@@ -75,7 +77,8 @@ class Holding(LoneFriction):
         firmest = held & ~weak & shared
         order = self._in_order(most)
         groups = [held & ~weak & far & ~firmest, held & ~weak & ~far & ~firmest]
-        kept = _firmest(here.compliance, _independent(here.compliance, groups, order), firmest)
+        kept = _independent(here.compliance, groups, order)
+        kept = _firmest(here.compliance, kept, firmest, np.concatenate([np.ones(self.n_stops), most]))
         kept = _independent(here.compliance, [kept, *pressing], order)
         self._unpressed = (kept & weak)[: self.n_stops]
         self.resting = waiting & ~kept[self.n_stops :] & _follow(here.compliance, kept)[self.n_stops :]
@@ -101,11 +104,20 @@ class Holding(LoneFriction):
         self._unpressed = kept & weak
         return kept
 
+    def _taking_part(self, acting: np.ndarray, spared: np.ndarray) -> np.ndarray:
+        """Which of what acts takes a part of the load: not stops in whose place others bear it, and their frictions."""
+        n_stops = self.n_stops
+        stops = acting[:n_stops] & ~spared[:n_stops]
+        lost = self._pressed(acting[:n_stops]) & ~self._pressed(stops)
+        return np.concatenate([stops, acting[n_stops:] & ~lost])
+
     def _evened(
-        self, here: LocalDynamics, acting: np.ndarray, levels: Levels, forces: np.ndarray, most: np.ndarray
+        self, here: LocalDynamics, acting: np.ndarray, levels: Levels, forces: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return forces that do the same, the levels, and whose load frictions in planes share near their limits."""
         none = np.zeros(self.n, dtype=bool)
+        c, slope = levels.linear(here, forces, 1.0)
+        most = c + slope @ forces
         if not len(self.layout.circles):
             return forces, most, none
         given = forces
@@ -169,8 +181,13 @@ class Holding(LoneFriction):
             own[across] <= _GUIDED * own[self.n_stops + rows]
         )
         guided &= aimed
-        for j in across[aimed & ~guided]:
+        for k in np.flatnonzero(aimed & ~guided):
+            j = across[k]
             if _follow(turned.compliance, kept)[j]:
+                continue
+            if self._leads(turned, kept, k):
+                turned = here.turned(self.layout.turned(self.senses, self.aimed | self.turning))
+                guided[k] = True
                 continue
             more = kept | (np.arange(self.n) == j)
             if _follow(turned.compliance, more)[self.n_stops + rows[aimed]].any():
@@ -195,6 +212,20 @@ class Holding(LoneFriction):
             bounds = np.where(aimed & ~guided, _CLEARLY * stopped, np.where(turns, stopped, bounds))
         self._aims = np.column_stack([angles, bounds])
         return kept
+
+    def _leads(self, turned: LocalDynamics, kept: np.ndarray, k: int) -> bool:
+        """Whether what is held lets a friction slide in one direction only, which its aim is then.
+
+        That of the force at the limit is known to the root of what is left to the limit.
+        """
+        first, second = self.layout.circles[k]
+        only = _only_way(turned.compliance, kept, self.n_stops + np.array([first, second]))
+        if only is None or abs(only[1]) > _WIDEST:
+            return False
+        along, across = only * np.sign(only[0])
+        e1, e2 = self.senses[[first, second]]
+        self.senses[[first, second]] = along * e1 - across * e2, along * e2 + across * e1
+        return True
 
     def _begin_about_a_point(self, here: LocalDynamics, circles: np.ndarray) -> bool:
         """Whether frictions that move each other begin to slide in directions that are not parallel."""
@@ -305,7 +336,7 @@ class Holding(LoneFriction):
         One that is at its limit, but not accelerated, may be about to leave it on either side: it is judged a moment
         later. So is one that nothing presses yet.
         """
-        together = self.layout.together
+        together, able = self.layout.together, most
         own, pulled = forces[self.n_stops :], (here.free + here.compliance @ forces)[self.n_stops :]
         small = UNDECIDED * together(here.sizes_of_free[self.n_stops :])
         waiting = acting[self.n_stops :]
@@ -330,9 +361,10 @@ class Holding(LoneFriction):
         onset = np.where(own != 0.0, -np.sign(own), np.sign(pulled))
         begins = waiting & ~sticks & self._in_circles
         if begins.any():
-            onset = np.where(
-                begins, self._onset_in_plane(here, acting, sticks, own, pulled, undecided), onset
-            )
+            ways = self._onset_in_plane(here, acting, sticks, own, pulled, undecided)
+            near = together(np.abs(pulled)) <= _AT_THE_LIMIT * together(here.sizes_of_free[self.n_stops :])
+            self._turn_together(here, acting, sticks, np.where(near, able, 0.0), ways)
+            onset = np.where(begins, ways, onset)
         return sticks, onset
 
     def _soon(
@@ -375,7 +407,34 @@ class Holding(LoneFriction):
         sizes = self.layout.together(np.abs(found))
         ways = -found / np.where(sizes > 0.0, sizes, 1.0)
         speeds = self.layout.together(np.abs(pulled))
-        return np.where(sizes > 0.0, ways, pulled / np.where(speeds > 0.0, speeds, 1.0))
+        ways = np.where(sizes > 0.0, ways, pulled / np.where(speeds > 0.0, speeds, 1.0))
+        return ways
+
+    def _turn_together(
+        self, here: LocalDynamics, acting: np.ndarray, sticks: np.ndarray, able: np.ndarray, ways: np.ndarray
+    ) -> None:
+        """Change directions of sliding in planes to those that fit to each other, and to what sticks.
+
+        Parameters
+        ----------
+        able : ndarray, shape (number of frictions,) [N]
+            What frictions can take where forces are in balance but for round-off; 0 elsewhere.
+        ways : ndarray, shape (number of frictions,)
+            The directions.
+        """
+        circles = self.layout.circles
+        pairs = circles[(acting[self.n_stops :] & ~sticks)[circles[:, 0]]]
+        held = np.concatenate([acting[: self.n_stops], sticks])
+        held = _independent(here.compliance, [held], np.arange(self.n))
+        for pair in pairs:
+            only = _only_way(here.compliance, held, self.n_stops + pair)
+            if only is not None:  # as about a point of the body that sticks
+                ways[pair] = only * np.sign(only @ ways[pair] or 1.0)
+        if not (able[pairs] > 0.0).all():
+            return
+        found = onset_directions(here.compliance, here.free, held, self.n_stops + pairs, able[pairs[:, 0]])
+        if found is not None and (np.einsum("kr,kr->k", found, ways[pairs]) > _SAME_WAY).all():
+            ways[pairs] = found
 
     def _weak(
         self, here: LocalDynamics, touching: np.ndarray, forces: np.ndarray, accelerations: np.ndarray
@@ -445,29 +504,53 @@ class Holding(LoneFriction):
                 return forces
             rows = np.flatnonzero(pressed)
             for i in rows[np.lexsort((forces[rows], self.closed[rows]))]:
-                found = self._without(
-                    here, acting & (pressed | (np.arange(self.n) >= self.n_stops)), levels, i
-                )
+                rest = acting & (pressed | (np.arange(self.n) >= self.n_stops)) & (np.arange(self.n) != i)
+                rest[self.n_stops :] &= self._pressed(rest[: self.n_stops])
+                found = self._holding(here, rest, acting, levels) if same_motion else None
+                found = self._forces_of(here, rest, levels) if found is None else found
                 if found is None:
                     continue
-                change = here.compliance @ (found - forces)
-                falls = (here.free + here.compliance @ found < -small)[: self.n_stops] & acting[
-                    : self.n_stops
-                ]
-                if not ((np.abs(change) > small).any() if same_motion else falls.any()):
+                after = here.free + here.compliance @ found
+                falls = (after < -small)[: self.n_stops] & acting[: self.n_stops]
+                stays = (np.abs(after - here.free - here.compliance @ forces) <= small).all()
+                stays = stays or (np.abs(after) <= small)[acting].all()
+                if stays if same_motion else not falls.any():
                     forces = found
                     break
             else:
                 return forces
 
-    def _without(self, here: LocalDynamics, acting: np.ndarray, levels: Levels, i: int) -> np.ndarray | None:
-        """Return the forces where stop `i` and its friction do not act, None where there are none."""
-        fewer = acting & (np.arange(self.n) != i)
-        fewer[self.n_stops :] &= self._pressed(fewer[: self.n_stops])
+    def _forces_of(self, here: LocalDynamics, acting: np.ndarray, levels: Levels) -> np.ndarray | None:
+        """Return the forces of what acts, None where there are none."""
         try:
-            return self._forces(here, fewer, levels)[0]
+            return self._forces(here, acting, levels)[0]
         except ContactError:
             return None
+
+    def _holding(
+        self, here: LocalDynamics, some: np.ndarray, acting: np.ndarray, levels: Levels
+    ) -> np.ndarray | None:
+        """Return forces of some that hold all that acts, up to the limit of frictions in planes; None without any.
+
+        At the limit Newton's method for all forces at once goes astray, and where reactions and frictions follow each
+        other, what slides by all stops may be held by few.
+        """
+        if not len(self.layout.circles) or not (self._in_circles & some[self.n_stops :]).any():
+            return None
+        forces = np.zeros(self.n)
+        block = here.compliance[np.ix_(some, some)]
+        forces[some] = -np.linalg.lstsq(block, here.free[some], rcond=_DEPENDENT)[0]
+        small = UNDECIDED * here.sizes_of_free
+        if (np.abs(here.free + here.compliance @ forces) > small)[acting].any():
+            return None
+        if (forces[: self.n_stops] < 0.0).any():
+            return None
+        found = evened(here, levels, forces, some, self.layout.circles)
+        if found is not None:
+            return found[0] if found[1] > -_AT_THE_LIMIT else None
+        c, slope = levels.linear(here, forces, 1.0)
+        loads = self.layout.together(np.abs(forces[self.n_stops :]))
+        return forces if (loads <= (1.0 + _AT_THE_LIMIT) * (c + slope @ forces)).all() else None
 
     def _about_to_press(
         self, here: LocalDynamics, acting: np.ndarray, weak: np.ndarray, forces: np.ndarray
@@ -543,13 +626,16 @@ def _independent(compliance: np.ndarray, groups: list[np.ndarray], order: np.nda
     return kept
 
 
-def _firmest(compliance: np.ndarray, kept: np.ndarray, group: np.ndarray) -> np.ndarray:
-    """Return `kept` and the rows of a group that do not follow from it, each the one that follows least."""
+def _firmest(compliance: np.ndarray, kept: np.ndarray, group: np.ndarray, able: np.ndarray) -> np.ndarray:
+    """Return `kept` and the rows of a group that do not follow from it.
+
+    Each is the one that follows least, times the square of the force that it is `able` to take.
+    """
     kept = kept.copy()
     own = np.maximum(np.diag(compliance), 1e-300)
     while True:
         part = np.where(group & ~kept, _left(compliance, kept) / own, 0.0)
-        best = int(np.argmax(part))
+        best = int(np.argmax(part * np.where(part > _DEPENDENT, able, 0.0) ** 2))
         if part[best] <= _DEPENDENT:
             return kept
         kept[best] = True
@@ -566,6 +652,15 @@ def _left(compliance: np.ndarray, kept: np.ndarray) -> np.ndarray:
     if not kept.any():
         return own
     return own - (cross * np.linalg.solve(compliance[np.ix_(kept, kept)], cross)).sum(axis=0)
+
+
+def _only_way(compliance: np.ndarray, kept: np.ndarray, pair: np.ndarray) -> np.ndarray | None:
+    """Return the unit vector along which two rows still move where those that are `kept` do not; None if any way."""
+    own, cross = compliance[np.ix_(pair, pair)], compliance[np.ix_(kept, pair)]
+    left = own - cross.T @ np.linalg.solve(compliance[np.ix_(kept, kept)], cross) if kept.any() else own
+    values, ways = np.linalg.eigh(left)
+    moves = values[1] > _DEPENDENT * own.trace()
+    return ways[:, 1] if moves and values[0] <= _DEPENDENT * values[1] else None
 
 
 _HALVINGS = 40

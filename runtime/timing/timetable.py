@@ -203,6 +203,11 @@ def checked_breaks(breaks: Sequence[float], t_start: float) -> list[float]:
     return [t for t in times if t > t_start]
 
 
+def shortest_max_step(t_start: float, t_end: float) -> float:
+    """Return how long `max_step` must be for times to tell steps apart [s]."""
+    return 1e3 * math.ulp(max(abs(t_start), abs(t_end)))
+
+
 def checked_max_step(max_step: float | None, method: Method | None, t_start: float, t_end: float) -> float:
     """Return the longest step of a run [s]; infinite where none is given."""
     if max_step is None:
@@ -214,7 +219,7 @@ def checked_max_step(max_step: float | None, method: Method | None, t_start: flo
         raise RuntimeModelError(
             f"max_step is {longest:g} s, but the steps of method {method.name!r} are all alike: give its --step instead"
         )
-    least = 1e3 * math.ulp(max(abs(t_start), abs(t_end)))
+    least = shortest_max_step(t_start, t_end)
     if longest < least:
         raise RuntimeModelError(
             f"max_step is {longest:.3g} s: times up to {t_end:g} s are numbers that cannot tell steps below "
