@@ -363,7 +363,7 @@ class Holding(LoneFriction):
         if begins.any():
             ways = self._onset_in_plane(here, acting, sticks, own, pulled, undecided)
             near = together(np.abs(pulled)) <= _AT_THE_LIMIT * together(here.sizes_of_free[self.n_stops :])
-            self._turn_together(here, acting, sticks, np.where(near, able, 0.0), ways)
+            self._turn_together(here, acting, sticks, np.where(near, able, -1.0), ways)
             onset = np.where(begins, ways, onset)
         return sticks, onset
 
@@ -418,7 +418,7 @@ class Holding(LoneFriction):
         Parameters
         ----------
         able : ndarray, shape (number of frictions,) [N]
-            What frictions can take where forces are in balance but for round-off; 0 elsewhere.
+            What frictions can take where forces are in balance but for round-off; negative elsewhere.
         ways : ndarray, shape (number of frictions,)
             The directions.
         """
@@ -430,10 +430,12 @@ class Holding(LoneFriction):
             only = _only_way(here.compliance, held, self.n_stops + pair)
             if only is not None:  # as about a point of the body that sticks
                 ways[pair] = only * np.sign(only @ ways[pair] or 1.0)
-        if not (able[pairs] > 0.0).all():
+        able = able[pairs[:, 0]]
+        if (able < 0.0).any() or not (able > 0.0).any():
             return
-        found = onset_directions(here.compliance, here.free, held, self.n_stops + pairs, able[pairs[:, 0]])
-        if found is not None and (np.einsum("kr,kr->k", found, ways[pairs]) > _SAME_WAY).all():
+        found = onset_directions(here.compliance, here.free, held, self.n_stops + pairs, able)
+        # What takes nothing yet follows the motion of the others.
+        if found is not None and (np.einsum("kr,kr->k", found, ways[pairs]) > _SAME_WAY)[able > 0.0].all():
             ways[pairs] = found
 
     def _weak(
