@@ -128,6 +128,10 @@ def _joined(root: algebra.Expr, near: list[algebra.Expr]) -> Uses:
 
 def names_in(root: algebra.Expr) -> frozenset[str]:
     """The names in an expression."""
+    if not _is_wide(root):
+        near = _near(root)
+        if not any(map(_is_wide, near)):
+            return _names(near)
     return uses(root).names
 
 
