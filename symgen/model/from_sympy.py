@@ -217,7 +217,7 @@ _RULES: dict[type, Callable] = {
 }
 
 
-LARGEST_MEMORY = 100_000  # nodes that a `Taken` keeps alive
+LARGEST_MEMORY = 50_000  # nodes that a `Taken` keeps alive
 
 
 class Taken:
