@@ -7,6 +7,7 @@ import pytest
 import sympy
 
 from symgen import Model, cos, dot, sin
+from symgen.errors import ModelError
 from symgen.model import algebra, expression_tree
 from symgen.model.algebra import postorder
 from symgen.model.evaluate import evaluate
@@ -57,6 +58,15 @@ def test_equal_parts_are_one_object_and_whole_expressions_are_their_own():
     assert memory.over(again) == memory.over(again)
     assert memory.over(again) is not memory.over(again)
     assert memory.over(q[0]) is not memory.over(q[0])
+
+
+def test_what_was_refused_leaves_nothing_behind():
+    memory = Taken()
+    with pytest.raises(ModelError, match="at zero"):
+        memory.over(sympy.Max(q[1], 2) + sympy.Heaviside(q[0], 1))
+    assert memory._rewritten <= memory._done.keys()
+    assert len(memory._alive) == len(memory._done)
+    assert memory.over(sympy.Max(q[1], 2) + q[0]) == taken_over(sympy.Max(q[1], 2) + q[0])
 
 
 def test_a_copied_model_does_not_go_by_the_identities_of_the_first():

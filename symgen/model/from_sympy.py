@@ -242,13 +242,14 @@ class Taken:
         done, rewritten, parts = self._done, self._rewritten, self._parts
         for x in postorder([root], known=done):
             arguments = x.args
-            if x.func in _RULES or (rewritten and any(id(a) in rewritten for a in arguments)):
-                rewritten.add(id(x))
-            made = _taken_over(x, [done[id(a)] for a in arguments], id(x) in rewritten)
+            is_rewritten = x.func in _RULES or (rewritten and any(id(a) in rewritten for a in arguments))
+            made = _taken_over(x, [done[id(a)] for a in arguments], bool(is_rewritten))
             if arguments and isinstance(made, algebra.Expr) and made.args:
                 made = parts.setdefault(made, made)
-            self._alive.append(x)
+            self._alive.append(x)  # first: an identity that is known must stay this object's
             done[id(x)] = made
+            if is_rewritten:
+                rewritten.add(id(x))
         return _apart(done[id(root)])
 
 
