@@ -16,6 +16,7 @@ from typing import Any
 from symgen.runtime.abi import ABI, JUMP, MARKS, N_WATCHED, SOLIDS, required_functions
 from symgen.runtime.errors import ModuleError
 from symgen.runtime.graph.layouts import BASE_PARAMETERS, FRAME_FUNCTIONS, LATE, ROBOT_FUNCTIONS
+from symgen.runtime.index_tables import LARGEST, entries_of
 from symgen.runtime.lazy import Late
 from symgen.runtime.module_check import verified
 from symgen.runtime.module_source import SOLVERS, ModuleSource
@@ -393,7 +394,7 @@ DECORATOR = '@njit(error_model="numpy")'
 _PREAMBLE_LINE = re.compile(r"(#.*|from (math|numba|numpy) import [A-Za-z0-9_, ()]*)?$")
 _TOP_LEVEL_LINE = re.compile(r"^[^\s#].*$", re.MULTILINE)
 _DEFINITION = re.compile(r"def ([A-Za-z_][A-Za-z0-9_]*)\(t, y, p, out\):$")
-_TABLE = re.compile(r"(I[0-9]{1,9}) = \(((?:[0-9]{1,15}, )*[0-9]{1,15},?)\)$")
+_TABLE = re.compile(r"(I[0-9]{1,9}) = \((.*)\)$")
 
 
 def read_module(
@@ -429,7 +430,7 @@ def read_module(
     start, end = _header_span(file, text)
     header = _header(file, text, start, end)
     tops = [(match.start(), match.group().rstrip()) for match in _TOP_LEVEL_LINE.finditer(text, end + 1)]
-    tables = _tables(tops)
+    tables = _tables(file, text, tops)
     functions, lines = _functions(file, text, end, tops[len(tables) :])
     for name in (*required_functions(header), *header.get("hoisted", ())):
         if name not in functions:
@@ -514,14 +515,21 @@ def _header(file: str, text: str, start: int, end: int) -> dict[str, Any]:
     return header
 
 
-def _tables(tops: list[tuple[int, str]]) -> dict[str, tuple[int, ...]]:
+def _tables(file: str, text: str, tops: list[tuple[int, str]]) -> dict[str, tuple[int, ...]]:
     """Read the index tables that may stand between the header and the functions."""
     tables: dict[str, tuple[int, ...]] = {}
-    for _, line in tops:
+    room = LARGEST
+    for position, line in tops:
         found = _TABLE.match(line)
-        if found is None or found.group(1) in tables:
+        if found is None:
             break
-        tables[found.group(1)] = tuple(int(entry) for entry in found.group(2).split(",") if entry)
+        name, entries = found.group(1), entries_of(found.group(2), room)
+        if entries is None or name in tables:
+            cause = f"the index table {name!r} is not of whole numbers, or has more than {room} entries"
+            cause = f"the index table {name!r} stands there twice" if name in tables else cause
+            raise ModuleError(file, f"line {_line(text, position)}", cause, "derive the model again")
+        tables[name] = entries
+        room -= len(entries)
     return tables
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import pytest
 from hypothesis import assume, given, settings
 from random_expressions import OPERATIONS, Direct, evaluate, follow, on_graph, points, recipes
 
-from symgen.derive.graph.graph import Graph
+from symgen.derive.graph.graph import FEWEST_KEPT, MOST_KEPT, Graph
 from symgen.derive.graph.nodes import PARAM, FoldingError, Q, V
 from symgen.runtime.graph.functions import IN_CODE
 
@@ -185,3 +186,30 @@ def test_long_chains_are_walked_without_recursion(g):
     assert g.count([node]) == 150_000
     replaced = g.substitute([node], {x: g.var(Q, 1)})
     assert g.count(replaced) == 150_000
+
+
+def test_what_is_below_outputs_is_kept_apart_from_what_is_handed_out():
+    g = Graph()
+    x = [g.var(Q, k) for k in range(2 * FEWEST_KEPT)]
+    outputs = [g.mul(a, b) for a, b in pairwise(x)]
+    first = g.reachable(outputs)
+    first.clear()
+    g.mul(x[0], x[5])  # the graph grows meanwhile
+    again = g.reachable(iter(outputs))
+    assert again == sorted({*x, *outputs})
+    assert g.reachable(outputs, met=set(x)) == sorted(outputs)
+    for k in range(MOST_KEPT + 2):
+        g.reachable([*outputs, g.const(float(k))])
+    assert len(g._reached) == MOST_KEPT
+    assert g.reachable(outputs) == again
+
+
+def test_products_of_roots_stay_powers_of_their_base():
+    g = Graph()
+    x = g.var(Q, 0)
+    root = g.call("sqrt", x)
+    for _ in range(2):  # the second time found, not made
+        assert g.root_power(g.mul(x, root)) == (x, 1.5)
+        assert g.root_power(g.mul(root, g.mul(x, x))) == (x, 2.5)
+        assert g.root_power(g.mul(x, x)) is None
+        assert g.root_power(g.mul(root, g.var(Q, 1))) is None

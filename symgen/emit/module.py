@@ -18,6 +18,7 @@ from ..derive.jumps import ACTION as JUMP
 from ..derive.program import CLOSED_PREFIX, Function, Program, reductions
 from ..derive.program import START as START_VALUES
 from ..derive.solve import dense_solve, fronts
+from .index_text import table_text
 from .rolled import RolledSection
 from .section import Section, Shared, Tables
 
@@ -174,7 +175,7 @@ def assembled(head: dict, made: Pieces) -> str:
         *made.imports,
         "",
         *_header_lines(head),
-        *(f"{name} = {_tuple(places)}" for places, name in made.tables.items()),
+        *(f"{name} = {table_text(places)}" for places, name in made.tables.items()),
         "",
     ]
     return "\n".join(parts) + "\n" + "\n\n".join(made.functions)
@@ -199,10 +200,6 @@ def _with_hoisted(header: dict, hoisted: dict[str, int]) -> dict:
         if key == "operations":
             result["hoisted"] = hoisted
     return result
-
-
-def _tuple(places: tuple[int, ...]) -> str:
-    return f"({', '.join(map(str, places))})"
 
 
 def _one_line(text: str) -> str:

@@ -44,6 +44,7 @@ class RolledSection(Section):
         self.sums: dict[int, str] = {}
         self.array = ""
         self.hoisted_texts: dict[int, tuple[str, int]] = {}
+        self.met: set[int] = set()  # their nodes
         self.loaded: dict[str, str] = {}  # what the loop that is being printed has read
         self.entered: Counter[Sink | tuple[str, int, int]] = Counter()  # what clusters were written to
 
@@ -239,9 +240,7 @@ class RolledSection(Section):
     def _print_hoisted(self, node: int) -> tuple[str, int]:
         g = self.g
         done = self.hoisted_texts
-        for x in g.reachable([node]):
-            if x in done:
-                continue
+        for x in g.reachable([node], met=self.met):
             op, args = g.op[x], g.args[x]
             inside, self.printed = self.printed, done
             if op == "var":

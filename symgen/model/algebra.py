@@ -8,7 +8,7 @@ commutative expressions without assumptions; `from_sympy.py` converts both ways.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 from fractions import Fraction
 from functools import cache, cached_property
 from typing import Any, ClassVar
@@ -177,7 +177,7 @@ class Expr:
         return None
 
 
-def postorder(roots: Iterable[Any], seen: set[int] | None = None) -> list[Any]:
+def postorder(roots: Iterable[Any], seen: set[int] | None = None, known: Container[int] = ()) -> list[Any]:
     """Every object below the roots once, arguments before what they are arguments of; SymPy's trees, too.
 
     By identity, as much is shared, and in a loop, as trees can be deep.
@@ -187,6 +187,8 @@ def postorder(roots: Iterable[Any], seen: set[int] | None = None) -> list[Any]:
     roots : iterable of Expr
     seen : set of int, optional
         Identities that are left out; grows by those returned.
+    known : container of int
+        Others that are left out.
     """
     seen = set() if seen is None else seen
     order: list[Any] = []
@@ -196,7 +198,7 @@ def postorder(roots: Iterable[Any], seen: set[int] | None = None) -> list[Any]:
         node = stack.pop()
         if node is None:  # all below the one under it is done
             order.append(stack.pop())
-        elif id(node) not in seen:
+        elif id(node) not in seen and id(node) not in known:
             seen.add(id(node))
             arguments = node.args
             if arguments:

@@ -13,7 +13,7 @@ from ..errors import ModelError
 from . import algebra
 from .algebra import postorder
 from .description import Body, Bristle, Description, Joint, Solid
-from .evaluate import NotFinite, evaluate
+from .evaluate import NotFinite, Value, evaluate
 from .expression_tree import kind
 from .items import Item, definition_items, items
 from .printing import shortened
@@ -209,14 +209,17 @@ def check_values(d: Description, sources: Sources) -> None:
     known: dict[str, float | None] = {p.name: p.value for p in (*d.parameters, *d.constants)}
     values: dict[Address, float | None] = {}
     without_value: ModelError | None = None
-    for item in definition_items(d):
+    own, others = [*definition_items(d)], [*items(d)]  # kept, as values are known by identity
+    parts: dict[int, Value] = {}
+    for item in own:
         try:
-            known[item.key] = values[item.table, item.key] = _value(item, known, sources)
+            known[item.key] = values[item.table, item.key] = _value(item, known, sources, parts)
         except ModelError as error:
             without_value = without_value or error
             known[item.key] = None
-    for item in items(d):
-        values[item.table, item.key] = _value(item, known, sources)
+    parts = {}
+    for item in others:
+        values[item.table, item.key] = _value(item, known, sources, parts)
     for b in d.bristles:  # their laws, which are definitions, divide by what is checked here
         _check_bristle(b, values, sources)
     if without_value is not None:
@@ -264,9 +267,11 @@ def is_massless(body: Body) -> bool:
     return all(x.is_Number and x.is_zero for x in parts)  # 0.0 is equal to no integer
 
 
-def _value(item: Item, known: Mapping[str, float | None], sources: Sources) -> float | None:
+def _value(
+    item: Item, known: Mapping[str, float | None], sources: Sources, parts: dict[int, Value]
+) -> float | None:
     try:
-        return evaluate(item.expression, known)
+        return evaluate(item.expression, known, parts)
     except NotFinite as error:
         raise sources.error(
             item.table,

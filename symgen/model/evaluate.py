@@ -32,8 +32,17 @@ class NotFinite(Exception):
 Value = float | None | NotFinite
 
 
-def evaluate(root: algebra.Expr, values: Mapping[str, float | None]) -> float | None:
+def evaluate(
+    root: algebra.Expr, values: Mapping[str, float | None], known: dict[int, Value] | None = None
+) -> float | None:
     """The value of an expression where names have `values`; None where it depends on an unknown one.
+
+    Parameters
+    ----------
+    root : algebra.Expr
+    values : mapping of str to float or None
+    known : dict of int to Value, optional
+        Of parts, by identity, at these values; grows. Whoever hands it in keeps the expressions.
 
     Raises
     ------
@@ -42,8 +51,8 @@ def evaluate(root: algebra.Expr, values: Mapping[str, float | None]) -> float | 
     """
     if isinstance(root, algebra.Symbol):
         return values.get(root.name)
-    memo: dict[int, Value] = {}
-    for node in postorder([root]):
+    memo: dict[int, Value] = {} if known is None else known
+    for node in postorder([root], known=memo):
         memo[id(node)] = _value(node, [memo[id(x)] for x in node.args], values)
     value = memo[id(root)]
     if isinstance(value, NotFinite):

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from . import algebra
-from .algebra import postorder
 from .functions import CLASSES, CONDITION_CLASSES, Tabulated, dot, settled, smooth_minimum
 
 # SymPy, with which users write, makes the last three of others: tan(x + pi/2), |exp(x)|.
@@ -55,24 +54,85 @@ class Uses:
     tables: frozenset[tuple[str, int]] = frozenset()
 
 
+# What has so many arguments keeps what it mentions: each of a hundred flat sums may be made of others like it.
+WIDE = 8
+
+
 def uses(root: algebra.Expr) -> Uses:
     """What an expression mentions."""
-    order = postorder([root])
-    dots = [node for node in order if isinstance(node, dot)]
-    inside = postorder([x for node in dots for x in node.args]) if dots else []
+    waiting = [root]
+    while True:
+        node = waiting[-1]
+        found = _kept(node)
+        if found is None:
+            near = _near(node)
+            unknown = [x for x in near if _is_wide(x) and x is not node and _kept(x) is None]
+            if unknown:
+                waiting += unknown
+                continue
+            found = _joined(node, near)
+            if _is_wide(node):
+                node.__dict__["_uses"] = found
+        waiting.pop()
+        if not waiting:
+            return found
+
+
+def _is_wide(node: algebra.Expr) -> bool:
+    return len(node.args) >= WIDE
+
+
+def _kept(node: algebra.Expr) -> Uses | None:
+    return node.__dict__.get("_uses")
+
+
+def _near(root: algebra.Expr) -> list[algebra.Expr]:
+    """What an expression is made of, arguments first, not looking into wide ones below it."""
+    order: list[algebra.Expr] = []
+    seen: set[int] = set()
+    stack: list[algebra.Expr | None] = [root]
+    while stack:
+        node = stack.pop()
+        if node is None:
+            order.append(stack.pop())
+        elif id(node) not in seen:
+            seen.add(id(node))
+            if node.args and (node is root or len(node.args) < WIDE):
+                stack += (node, None, *node.args[::-1])
+            else:
+                order.append(node)
+    return order
+
+
+def _joined(root: algebra.Expr, near: list[algebra.Expr]) -> Uses:
+    """The uses of an expression, from those that wide ones below it keep."""
+    wide = [_kept(x) for x in near if x is not root and _is_wide(x)]
+    dots = [x for x in near if isinstance(x, dot)]
+    inside = [y for x in dots for a in x.args for y in ([a] if _is_wide(a) else _near(a))]
+    inside_wide = [_kept(x) for x in inside if _is_wide(x)]
+    foreign = (
+        _kept(x).foreign if x is not root and _is_wide(x) else x if kind(x) is None else None for x in near
+    )
+    own_tables = ((x.func.table, len(x.args)) for x in near if isinstance(x, Tabulated))
     return Uses(
-        names=_names(order),
-        dotted=_names(inside),
-        has_dot=bool(dots),
-        nested=any(isinstance(node, dot) for node in inside),
-        foreign=next((node for node in order if kind(node) is None), None),
-        tables=frozenset((x.func.table, len(x.args)) for x in order if isinstance(x, Tabulated)),
+        names=_names(near).union(*(x.names for x in wide)),
+        dotted=_names(inside).union(*(x.names for x in inside_wide), *(x.dotted for x in wide)),
+        has_dot=bool(dots) or any(x.has_dot for x in wide),
+        nested=any(isinstance(x, dot) for x in inside)
+        or any(x.has_dot for x in inside_wide)
+        or any(x.nested for x in wide),
+        foreign=next((x for x in foreign if x is not None), None),
+        tables=frozenset(own_tables).union(*(x.tables for x in wide)),
     )
 
 
 def names_in(root: algebra.Expr) -> frozenset[str]:
     """The names in an expression."""
-    return _names(postorder([root]))
+    if not _is_wide(root):
+        near = _near(root)
+        if not any(map(_is_wide, near)):
+            return _names(near)
+    return uses(root).names
 
 
 def _names(nodes: list[algebra.Expr]) -> frozenset[str]:

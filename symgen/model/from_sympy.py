@@ -217,6 +217,42 @@ _RULES: dict[type, Callable] = {
 }
 
 
+LARGEST_MEMORY = 50_000  # nodes that a `Taken` keeps alive
+
+
+class Taken:
+    """What was taken over before, by identity of SymPy's objects, which users write into many expressions.
+
+    Equal parts become one object, so that whoever walks many expressions meets them once.
+    """
+
+    def __init__(self) -> None:
+        self._done: dict[int, Any] = {}
+        self._rewritten: set[int] = set()
+        self._alive: list[sympy.Basic] = []  # so that identities stay their own
+        self._parts: dict[algebra.Expr, algebra.Expr] = {}
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Taken, ()  # identities are those of this process and of these objects
+
+    def over(self, root: sympy.Basic) -> algebra.Expr:
+        """As `taken_over`."""
+        if len(self._done) > LARGEST_MEMORY:
+            self.__init__()
+        done, rewritten, parts = self._done, self._rewritten, self._parts
+        for x in postorder([root], known=done):
+            arguments = x.args
+            is_rewritten = x.func in _RULES or (rewritten and any(id(a) in rewritten for a in arguments))
+            made = _taken_over(x, [done[id(a)] for a in arguments], bool(is_rewritten))
+            if arguments and isinstance(made, algebra.Expr) and made.args:
+                made = parts.setdefault(made, made)
+            self._alive.append(x)  # first: an identity that is known must stay this object's
+            done[id(x)] = made
+            if is_rewritten:
+                rewritten.add(id(x))
+        return _apart(done[id(root)])
+
+
 def taken_over(root: sympy.Basic) -> algebra.Expr:
     """An expression of SymPy as one of a model; what no model can have is `Foreign`.
 
@@ -225,15 +261,14 @@ def taken_over(root: sympy.Basic) -> algebra.Expr:
     ModelError
         SymPy's function says something that no model can have.
     """
-    if isinstance(root, algebra.Expr):
-        return root
-    done: dict[int, Any] = {}
-    rewritten: set[int] = set()
-    for x in postorder([root]):
-        if x.func in _RULES or any(id(a) in rewritten for a in x.args):
-            rewritten.add(id(x))
-        done[id(x)] = _taken_over(x, [done[id(a)] for a in x.args], id(x) in rewritten)
-    return done[id(root)]
+    return root if isinstance(root, algebra.Expr) else Taken().over(root)
+
+
+def _apart(made: Any) -> Any:
+    """The same as an object of its own: what is known of an expression of a model is known by its identity."""
+    if isinstance(made, algebra.Symbol):
+        return algebra.Symbol(made.name)
+    return type(made)._made(made.args) if isinstance(made, algebra.Expr) and made.args else made
 
 
 def _taken_over(x: sympy.Basic, args: list[Any], is_rewritten: bool) -> Any:

@@ -7,13 +7,22 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from . import algebra
 
+if TYPE_CHECKING:
+    from .from_sympy import Taken
 
-def given_expression(value: Any) -> algebra.Expr | None:
+
+def given_expression(value: Any, known: list[Taken] | None = None) -> algebra.Expr | None:
     """An expression of a model or of SymPy as one of a model; None for anything else.
+
+    Parameters
+    ----------
+    value : Any
+    known : list of Taken, optional
+        Empty at first; what was taken over before, which expressions of one model share.
 
     Raises
     ------
@@ -24,9 +33,13 @@ def given_expression(value: Any) -> algebra.Expr | None:
         return value
     if not _is_of_sympy(value, "Expr"):
         return None
-    from .from_sympy import taken_over  # with SymPy, which is there
+    from .from_sympy import Taken, taken_over  # with SymPy, which is there
 
-    return taken_over(value)
+    if known is None:
+        return taken_over(value)
+    if not known:
+        known.append(Taken())
+    return known[0].over(value)
 
 
 def given_name(value: Any) -> Any:

@@ -7,7 +7,7 @@ import numbers
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..errors import ModelError, nearest
 from . import algebra
@@ -18,6 +18,9 @@ from .given import given_expression
 from .printing import shortened
 from .unevaluated import difference
 from .units import Unit, in_si, parse_unit
+
+if TYPE_CHECKING:
+    from .from_sympy import Taken
 
 Address = tuple[str, str]  # TOML table and key, in Python models too
 CALLS = {  # table: method of the Python interface; the name that follows is its first argument
@@ -99,6 +102,7 @@ class Sources:
         ] = {}  # functions that the model has tables for, and how many arguments they take
         self._said_at: dict[Address, Address] = {}
         self.in_plane: set[Address] = set()
+        self._taken: list[Taken] = []
 
     def of(self, table: str, key: str) -> list[Source]:
         """What was given at an address: one source, or several that add up."""
@@ -190,7 +194,7 @@ class Sources:
     def expression(self, value: Any, table: str, key: str) -> algebra.Expr:
         """Take an expression (one of SymPy too, number, text) for an address; adds to what is there already."""
         try:
-            source = read(value, tuple(self.tables.items()))
+            source = read(value, tuple(self.tables.items()), self._taken)
         except ModelError as error:
             raise self.locate(error, table, key) from None
         self._sources.setdefault((table, key), []).append(source)
@@ -302,12 +306,15 @@ def _call(table: str, key: str) -> Address:
     return f"{CALLS[head]}({name!r})", key
 
 
-def read(value: Any, tables: tuple[tuple[str, int], ...] = ()) -> Source:
-    """An expression from one, of SymPy too, a number, or text; `tables` as of `expressions.parse`."""
+def read(value: Any, tables: tuple[tuple[str, int], ...] = (), known: list[Taken] | None = None) -> Source:
+    """An expression from one, of SymPy too, a number, or text.
+
+    `tables` as of `expressions.parse`, `known` as of `given_expression`.
+    """
     if isinstance(value, str):
         parsed = parse(value, tables)
         return Source(parsed.expression, parsed.text, parsed.unit, parsed.decimals)
-    expression = given_expression(value)
+    expression = given_expression(value, known)
     return Source(_exact_number(value) if expression is None else expression)
 
 

@@ -39,7 +39,11 @@ def depth_first(g: Graph, roots: Iterable[int], leaves: Collection[int] = ()) ->
 
 
 LARGEST_UNROLLED_POWER = 64
+# What is below so many outputs or more is kept, of a few functions, unless it is much.
+FEWEST_KEPT, MOST_KEPT, LARGEST_KEPT = 8, 12, 100_000
 _EVERYWHERE = (-math.inf, math.inf)
+_ROOTS = ("sqrt", "pow")
+_STEPPED = frozenset(name for name, entry in IN_CODE.items() if entry.stepped)
 _UNDEFINED_SOMEWHERE = {name for name, entry in IN_CODE.items() if entry.domain != _EVERYWHERE} | {"pow"}
 
 
@@ -61,24 +65,36 @@ class Graph(Nodes):
             bool
         ] = []  # of the first nodes: whether what they are made of has no value somewhere
         self.slope_mask: list[int] = []  # the kinds of variables by which a node has a derivative
+        self._reached: dict[tuple[int, ...], list[int]] = {}  # what is below outputs that were asked for last
         super().__init__()
 
     def _append(self, op: str, args: tuple, mask: int) -> int:
         node = super()._append(op, args, mask)
-        self.slope_mask.append(self._kinds_of_slopes(node, mask))
+        slopes = self.slope_mask
+        if not mask or op == "var":
+            slopes.append(mask)
+        elif op in _STEPPED:  # a derivative is by nothing where there are steps
+            slopes.append(0)
+        else:
+            kinds = 0
+            for x in self._operands[node]:
+                kinds |= slopes[x]
+            slopes.append(kinds)
         return node
 
-    def _kinds_of_slopes(self, node: int, mask: int) -> int:
-        """What a node's derivative is by: nothing where it has steps."""
-        op = self.op[node]
-        if not mask or op == "var":
-            return mask
-        if op in IN_CODE and IN_CODE[op].stepped:
-            return 0
-        kinds = 0
-        for x in self.operands(node):
-            kinds |= self.slope_mask[x]
-        return kinds
+    def reachable(self, outputs: Iterable[int], mask: int = -1, met: set[int] | None = None) -> list[int]:
+        """As of all nodes; what is below the outputs of a function is asked for by every pass and kept meanwhile."""
+        if mask != -1 or met is not None:
+            return super().reachable(outputs, mask, met)
+        key = tuple(outputs)
+        found = self._reached.get(key)
+        if found is None:
+            found = super().reachable(key)
+            if len(key) >= FEWEST_KEPT and len(found) <= LARGEST_KEPT:
+                if len(self._reached) == MOST_KEPT:
+                    del self._reached[next(iter(self._reached))]
+                self._reached[key] = found
+        return found.copy()
 
     def moved(self, outputs: Iterable[int], mask: int, met: set[int] | None = None) -> list[int]:
         """All nodes below `outputs` that have a derivative by a kind in `mask`, in topological order.
@@ -212,11 +228,16 @@ class Graph(Nodes):
 
     def _product(self, a: int, b: int) -> int:
         """The node a·b of operands without signs; remembers the products that `_unit_circle` looks for."""
+        known = self._index["mul"].get((a, b))
+        if known is not None:
+            return known
         node = self._node("mul", (a, b), self.mask[a] | self.mask[b])
-        (base, exponent, root), (other, more, another) = self._as_power(a), self._as_power(b)
-        if base == other:
-            self._powers[node] = base, exponent + more, root or another
-        if self.op[a] in ("sin", "cos") if a == b else a in self._circle or b in self._circle:
+        op_a, op_b, powers = self.op[a], self.op[b], self._powers
+        if a == b or a in powers or b in powers or op_a in _ROOTS or op_b in _ROOTS:
+            (base, exponent, root), (other, more, another) = self._as_power(a), self._as_power(b)
+            if base == other:
+                powers[node] = base, exponent + more, root or another
+        if op_a in ("sin", "cos") if a == b else a in self._circle or b in self._circle:
             self._circle.add(node)
         return node
 

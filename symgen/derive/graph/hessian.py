@@ -278,7 +278,7 @@ def _push(
     own = edges.pop(node, None)
     if not own:
         return
-    local = list(statement.gradient.items())
+    local, one = list(statement.gradient.items()), g.one
     for other, weight in own.items():
         if other == node:
             for k, (x, dx) in enumerate(local):
@@ -289,5 +289,5 @@ def _push(
         edges[other].pop(node, None)
         for x, d in local:
             if wanted(x, other):
-                push = g.mul(d, weight)
+                push = weight if d == one else g.mul(d, weight)
                 _accumulate(g, edges, x, other, g.mul(g.const(2.0), push) if x == other else push)

@@ -16,6 +16,7 @@ from symgen.model.algebra import postorder
 
 from ...model import algebra
 from ...model.description import Constant, Description, Parameter
+from ...model.expression_tree import names_in
 from ..program import Places
 
 ENERGIES = ("kinetic", "potential", "dissipation")
@@ -109,9 +110,8 @@ class _Numbering:
         """The number of an expression."""
         memo = self._memo
         if id(expression) not in memo:
-            for node in postorder([expression]):
-                if id(node) not in memo:
-                    memo[id(node)] = self._number(node)
+            for node in postorder([expression], known=memo):
+                memo[id(node)] = self._number(node)
         return memo[id(expression)]
 
     def _number(self, node: algebra.Expr) -> int:
@@ -302,8 +302,7 @@ class _Names:
         """The names in an expression."""
         found = self._memo.get(expression)
         if found is None:
-            nodes = postorder([expression])
-            found = self._memo[expression] = frozenset(n.name for n in nodes if isinstance(n, algebra.Symbol))
+            found = self._memo[expression] = names_in(expression)
         return found
 
     def owners(self, expressions: Iterable[algebra.Expr]) -> list[str]:
