@@ -84,6 +84,10 @@ _PEAKS, _FITS = 16, 0.1  # of errors, and how far they may be off a line and a s
 _FEWEST_PEAKS, _STANDS_OUT = 8, 3.0
 _SUSPECT = 2.5  # power of time of a growth that may be exponential, where a companion does not come far
 _MORE_WHERE_CHAOTIC = 4.0  # times the operations
+# A rough companion to the end: its rtol, up to where what it differs by may be its own error, how many times the steps
+# expected it may need, and operations that an accurate one may take then (a quarter of a second).
+_ROUGH, _TELLS, _UNEVEN, _MOST_TO_DECIDE = 1e-6, 1e-3, 4.0, 1e9
+_ROUGH_MAY = 4.0  # times the operations of an accurate one, at least
 _DENSE = 600  # times at which two motions of other energies are compared
 _LEAST_LOOSE = 1e-12  # rtol from which on neighbours are not made tighter
 _UNSURE = 1.25  # times an exponent: along some stretches differences grow faster than along others
@@ -222,9 +226,19 @@ def _estimated(
     if comparison.own.adaptive:
         # Fixed steps may keep an energy of their own, which a part from the middle would count as an error.
         parts.append(comparison.follow(companion, half, comparison.middle))
+    seen = comparison.to_the_end(begun, accurate[0], operations, max(allowed, _ROUGH_MAY * operations))
+    if seen is not None and seen.largest > LARGEST_ERROR:
+        for better in accurate[1:]:
+            seen = comparison.of_the_better(seen, better, _MORE_FOR_ACCURATE * operations, allowed)
+        seen = (
+            seen if seen.known else None
+        )  # a better one that did not come to the end says that the first is off
+    if seen is not None and seen.largest > _TELLS:
+        return seen
     budgets = (half if comparison.own.adaptive else operations, half)
     grown = _amplification(comparison, neighbour, parts, budgets, longer)
-    return _extrapolated(solution, parts, grown, comparison.drifting(parts[0], companion, half))
+    carried_on = _extrapolated(solution, parts, grown, comparison.drifting(parts[0], companion, half))
+    return carried_on if seen is None or carried_on.largest < seen.largest else seen
 
 
 def _amplification(
@@ -364,6 +378,43 @@ class _Comparison:
         seen = replace(rest, states=np.vstack([begun.states[: first + 1], rest.states[1:]]))
         return self._said(companion, 0, seen)
 
+    def to_the_end(
+        self, begun: ErrorEstimate, companion: Companion, operations: float, allowed: float
+    ) -> ErrorEstimate | None:
+        """Return what companions say that see all of the run, the first of them a rough one; None where none may.
+
+        What is carried on from parts of a run knows nothing of a short violent motion in between, nor how fast
+        errors grow where companions were too rough, or went too short a way, to show it. A rough companion from start
+        to end meets both. Where it differs by much, an accurate one says which of the two is off.
+
+        Parameters
+        ----------
+        begun : ErrorEstimate
+            Of an accurate companion that stopped on the way.
+        operations, allowed : float
+            That it took, and that a rough one is expected to take at most.
+        """
+        came = float(begun.t[-1] - self._t[0])
+        if companion.method is self.own or not _may_be_chaotic(self.system):
+            return None
+        if companion.rtol >= _ROUGH or came <= 0.0:
+            return None
+        fewer, span = (
+            (companion.rtol / _ROUGH) ** (1.0 / companion.method.order),
+            self.end - float(self._t[0]),
+        )
+        per_step = operations_per_step(self._solution, companion.method)
+        needed = fewer * self._most_steps(companion, operations) * per_step * span / came
+        if needed > allowed:
+            return None
+        beside = self._beside(companion.with_tolerance(_ROUGH), _UNEVEN * needed, 0)
+        rough = self._said(companion.with_tolerance(_ROUGH), 0, beside)
+        if rough.largest <= _TELLS:
+            return rough if rough.known else None
+        needed = _SLOWER * beside.steps * per_step / fewer * span / float(rough.t[-1] - self._t[0])
+        accurate = self.follow(companion, min(needed, max(allowed, _MOST_TO_DECIDE)))
+        return accurate if accurate.known else None
+
     def of_the_better(
         self, found: ErrorEstimate, better: Companion, operations: float, allowed: float
     ) -> ErrorEstimate:
@@ -384,8 +435,7 @@ class _Comparison:
     ) -> Followed:
         """Follow a companion from some frame on, where it has the state of the run or another one."""
         t, states = self._t[first:], self._states[first:]
-        least = _LEAST_FOLLOWED * _FINER_STEPS * self._solution.stats["steps"] / len(self._t)
-        most = int(max(operations / operations_per_step(self._solution, companion.method), least))
+        most = self._most_steps(companion, operations)
         return follow(
             self._solution,
             companion,
@@ -396,6 +446,11 @@ class _Comparison:
             self._sharp,
             events,
         )
+
+    def _most_steps(self, companion: Companion, operations: float) -> int:
+        """Return the steps that a companion may take: at least those that come past a few frames."""
+        least = _LEAST_FOLLOWED * _FINER_STEPS * self._solution.stats["steps"] / len(self._t)
+        return int(max(operations / operations_per_step(self._solution, companion.method), least))
 
     def _said(self, companion: Companion, first: int, found: Followed) -> ErrorEstimate:
         """Return the error of the run from some frame on, as the states of a companion tell it."""

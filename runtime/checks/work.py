@@ -26,7 +26,9 @@ SHORT = 1e8  # operations of runs that are followed to their end: nobody waits f
 
 def operations_of_run(solution: Solution) -> float:
     """Return about how many operations a run took."""
-    in_all = solution.stats["steps"] * operations_per_step(solution, find_method(solution.method))
+    in_all = solution.stats["steps"] * _operations_per_step(
+        solution, find_method(solution.method), is_own=True
+    )
     in_all += (
         solution.states.size * _OF_NUMBER + len(solution.t) * _OF_FRAME + len(solution.events) * _OF_EVENT
     )
@@ -42,17 +44,25 @@ def operations_per_step(solution: Solution, method: Method) -> float:
     Parameters
     ----------
     method : Method
-        That of the run, whose statistics tell, or an explicit one.
+        That of the run in the run's form of constraints, whose statistics tell, or an explicit one.
     """
+    # One of the same name in another form does not iterate as the run did.
+    alike = solution.constraints in ("none", method.form)
+    return _operations_per_step(solution, method, method.name == solution.method and alike)
+
+
+def _operations_per_step(solution: Solution, method: Method, is_own: bool) -> float:
     system, stats, operations = solution.system, solution.stats, solution.system.operations
     steps = max(stats["steps"], 1)
-    if method.name != solution.method:
+    if not is_own:
         calls, solved, derived, iterations = method.evaluations, 0.0, 0.0, 0.0
     else:
         calls = method.evaluations if method.series else stats["rhs"] / steps
         solved = stats["factorisations"] / steps * (solution.system.nv + solution.system.m) ** 3
         derived = stats["jacobians"] / steps * operations.get("residual_jacobian", 0)
         unknowns = method.order * (system.nv + system.m) ** 2  # of all stages
+        if solution.constraints == "partition":  # dependent coordinates, and what they follow
+            unknowns = system.m * (system.nv + system.m)
         iterations = stats["newton"] / steps * (_OF_NEWTON + unknowns)
     if system.m and not method.stiff:
         solved += calls * (_OF_GUARD + _OF_ENTRY * system.m * system.nv) + operations.get("project", 0)
