@@ -67,6 +67,7 @@ def test_stiff_methods_of_all_orders_are_weighed(rtol, orders):
     assert all(name in plan.notes[0] for name in ("radau5", "radau9", "radau13", "dop853", "taylor"))
 
 
+@pytest.mark.slow
 def test_a_stiff_method_that_fails_is_left_out(monkeypatch):
     system = load("quarter_car")
     tried = method_choice._stiff_trial

@@ -13,6 +13,7 @@ from symgen.derive.solve import fronts
 from symgen.runtime.code import compiler, engine, front_ldl
 from symgen.runtime.code.llvm_text import table as table_ir
 from symgen.runtime.errors import ModuleError
+from symgen.runtime.index_tables import entries_of
 
 PATTERNS = ["band", "grid", "star", "random", "full", "parts"]
 
@@ -142,10 +143,9 @@ def test_a_module_with_a_wrong_table_is_refused(large_chain_text):
     call = next(line for line in system.source.functions["rhs"].split("\n") if "factor_fronts(" in line)
     name = call.split(", ")[1]
     table = next(line for line in large_chain_text.split("\n") if line.startswith(f"{name} = ("))
-    entries = table.split(" = (")[1].rstrip(",)").split(", ")
-    place = int(entries[0])
-    entries[place] = "999999"
-    text = large_chain_text.replace(table, f"{name} = ({', '.join(entries)})")
+    entries = list(entries_of(table.split(" = (")[1][:-1]))
+    entries[entries[0]] = 999999
+    text = large_chain_text.replace(table, f"{name} = {tuple(entries)}")
     with pytest.raises(ModuleError, match="does not lie in the array"):
         runtime.load(text).kernel("rhs")
 

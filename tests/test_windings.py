@@ -166,7 +166,9 @@ def test_prepared_runs(checks):
     assert "'rubber' turns beyond half a turn" in found.message(1)
 
 
-@pytest.mark.parametrize("method", ["dop853", "taylor", "radau5", "verlet", "bs32"])
+@pytest.mark.parametrize(
+    "method", ["dop853", "taylor", pytest.param("radau5", marks=pytest.mark.slow), "verlet", "bs32"]
+)
 @pytest.mark.parametrize("frames", [None, 5])
 def test_ensembles(method, frames):
     """Only the end is kept, or a few frames; members by themselves and in lanes are judged alike."""
