@@ -230,9 +230,8 @@ def _estimated(
     if seen is not None and seen.largest > LARGEST_ERROR:
         for better in accurate[1:]:
             seen = comparison.of_the_better(seen, better, _MORE_FOR_ACCURATE * operations, allowed)
-        seen = (
-            seen if seen.known else None
-        )  # a better one that did not come to the end says that the first is off
+        if not seen.known:  # a better one that did not come to the end says that the first is off
+            seen = None
     if seen is not None and seen.largest > _TELLS:
         return seen
     budgets = (half if comparison.own.adaptive else operations, half)
@@ -399,10 +398,8 @@ class _Comparison:
             return None
         if companion.rtol >= _ROUGH or came <= 0.0:
             return None
-        fewer, span = (
-            (companion.rtol / _ROUGH) ** (1.0 / companion.method.order),
-            self.end - float(self._t[0]),
-        )
+        fewer = (companion.rtol / _ROUGH) ** (1.0 / companion.method.order)
+        span = self.end - float(self._t[0])
         per_step = operations_per_step(self._solution, companion.method)
         needed = fewer * self._most_steps(companion, operations) * per_step * span / came
         if needed > allowed:
@@ -543,7 +540,7 @@ class _Comparison:
     def _sizes_seen(self, states: np.ndarray, companion: Companion) -> np.ndarray:
         """What errors are measured by: where a companion sees more than its own tolerances, that is motion."""
         extent, system = self._extent(states), self._solution.system
-        least = np.full(states.shape[1], self._least)
+        least = self._least.copy()
         # Where lengths balance, an angle about zero has their round-off, not its own.
         largest = np.where(
             np.arange(states.shape[1]) < system.nq, extent.magnitude[: system.nq].max(initial=0.0), 0

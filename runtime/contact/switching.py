@@ -407,8 +407,7 @@ class Holding(LoneFriction):
         sizes = self.layout.together(np.abs(found))
         ways = -found / np.where(sizes > 0.0, sizes, 1.0)
         speeds = self.layout.together(np.abs(pulled))
-        ways = np.where(sizes > 0.0, ways, pulled / np.where(speeds > 0.0, speeds, 1.0))
-        return ways
+        return np.where(sizes > 0.0, ways, pulled / np.where(speeds > 0.0, speeds, 1.0))
 
     def _turn_together(
         self, here: LocalDynamics, acting: np.ndarray, sticks: np.ndarray, able: np.ndarray, ways: np.ndarray
