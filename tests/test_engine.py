@@ -161,3 +161,14 @@ def test_prune_keeps_the_newest(tmp_path):
         os.utime(path, (index, index))
     cache.prune(tmp_path, 2, "*.o")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["4.o", "5.o"]
+
+
+def test_prune_takes_a_tenth_more_so_that_the_next_files_need_no_look(tmp_path):
+    for index in range(21):
+        path = tmp_path / f"{index:02}.o"
+        path.write_bytes(b"")
+        os.utime(path, (index, index))
+    cache.prune(tmp_path, 21)
+    assert len(list(tmp_path.iterdir())) == 21
+    cache.prune(tmp_path, 20)
+    assert sorted(path.name for path in tmp_path.iterdir()) == [f"{index:02}.o" for index in range(3, 21)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import atexit
 import collections
 import contextlib
+import fnmatch
 import functools
 import hashlib
 import os
@@ -240,14 +241,23 @@ def fetch(path: Path) -> bytes | None:
 
 
 def prune(folder: Path, keep: int, pattern: str = "*") -> None:
-    """Remove all but the `keep` newest files or folders in `folder` that match `pattern`."""
+    """Remove the oldest files or folders in `folder` that match `pattern`, if these are more than `keep`.
+
+    A tenth more than is needed, so that a full folder is not looked at in full behind every file that is put there.
+    """
     import shutil
 
+    try:
+        entries = fnmatch.filter(os.listdir(folder), pattern)
+    except OSError:
+        return
+    if len(entries) <= keep:
+        return
     aged = []
-    for entry in folder.glob(pattern):
+    for name in entries:
         with contextlib.suppress(OSError):
-            aged.append((entry.stat().st_mtime, entry))
-    for _, entry in sorted(aged, reverse=True)[keep:]:
+            aged.append(((folder / name).stat().st_mtime, folder / name))
+    for _, entry in sorted(aged, reverse=True)[keep - keep // 10 :]:
         with contextlib.suppress(OSError):
             if entry.is_dir():
                 shutil.rmtree(entry, ignore_errors=True)
