@@ -118,6 +118,15 @@ def test_what_machine_code_cannot_make_python_makes(model, method):
         np.testing.assert_array_equal(runs.y[0], solution.states[-1])
 
 
+def test_starts_with_many_constraints_are_looked_at_by_python():
+    """Rows of G have no weights beyond 4096 entries; machine code that writes them would write beyond their array."""
+    large = symgen.load("chain_absolute", N=28)
+    assert 4096 < large.m * large.nv < 5000
+    run = large.prepare(0.05, method="dopri5", output="end")
+    assert "large" in run.why_python
+    np.testing.assert_array_equal(run(), large.run(0.05, method="dopri5").states[-1])
+
+
 @pytest.mark.parametrize("model", ["double_pendulum", "slider_crank", "cart_pole_lqr"])
 def test_states_at_times_are_frames_of_runs(model):
     times = [0.5, 0.1, "200 ms", 0.7]

@@ -11,7 +11,7 @@ from symgen.runtime.code.call_block import call_block
 from symgen.runtime.constraints.drift import drift_limit
 from symgen.runtime.constraints.energy_level import may_be_kept
 from symgen.runtime.constraints.kkt import nearby_step
-from symgen.runtime.constraints.row_weights import quaternion_places, random_steps
+from symgen.runtime.constraints.row_weights import n_weights, quaternion_places, random_steps
 from symgen.runtime.events_in_code import has_plain_events, make_after
 from symgen.runtime.exchange import energy_limit
 from symgen.runtime.loop_arrays import LoopArrays
@@ -85,7 +85,7 @@ def objection_to_machine(system: System, options: RunOptions, has_timetable: boo
         return "it has constraints that follow from others"
     if system.start is not None:
         return "its start is solved for"
-    if is_large(system):
+    if is_large(system) or (system.m and not n_weights(system)):  # the look at starts writes row weights
         return "it is large"
     if options.progress is not None or options.recorder is not None:
         return "somebody watches"
