@@ -9,11 +9,12 @@ from __future__ import annotations
 import ctypes
 import functools
 import struct
+import time
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symgen.runtime.code import engine
+from symgen.runtime.code import engine, stand_ins
 from symgen.runtime.code.bridge import KERNEL_PROTOTYPE
 from symgen.runtime.code.jitted import DISABLE_JIT
 from symgen.runtime.record import record
@@ -64,8 +65,21 @@ class CallBlock:
 
     def __call__(self) -> int:
         """Make the call; the interpreter's lock is free meanwhile."""
-        self._call(0.0, *self._places)
+        if stand_ins.any_waits():
+            began = time.thread_time()
+            self._call(0.0, *self._places)
+            stand_ins.note(began)
+        else:
+            self._call(0.0, *self._places)
         return int(self._result[0])
+
+    def take_vector_code(self) -> None:
+        """Call the function's vector code from now on."""
+        function, args, *_ = self._keep
+        native = function.with_vectors(*args)
+        # What was called may be called still, in another thread.
+        vars(self)["_keep"] = (*self._keep, native)
+        self.block.view(np.uint64)[0] = native.address
 
 
 def call_block(function: Jitted, *args: Any) -> CallBlock:
@@ -83,7 +97,10 @@ def call_block(function: Jitted, *args: Any) -> CallBlock:
     owner, address = _code(tuple(_TYPES[kind] for kind in kinds))
     slots = _packing(tuple(kinds)).pack(native.address, *(0 if x is None else x for x in values))
     block = np.frombuffer(bytearray(slots), dtype=np.float64)
-    return CallBlock(address, block, KERNEL_PROTOTYPE(address), np.zeros(1), (args, native, owner))
+    call = CallBlock(address, block, KERNEL_PROTOTYPE(address), np.zeros(1), (function, args, native, owner))
+    if function.stands_in(*args):
+        stand_ins.wait(call)
+    return call
 
 
 def _interpreted(function: Any, args: tuple) -> CallBlock:

@@ -100,6 +100,8 @@ def emit(bitcode: bytes, *, vectorised: bool) -> bytes:
         if vectorised:
             options = llvm.create_pipeline_tuning_options(_SPEED_LEVEL)
             options.loop_vectorization = options.slp_vectorization = True
+            # Copies of bodies take LLVM half as long again, and gain nothing.
+            options.loop_interleaving = options.loop_unrolling = False
             builder = llvm.create_pass_builder(machine, options)
             builder.getModulePassManager().run(module, builder)
         return machine.emit_object(module)

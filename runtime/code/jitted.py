@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from symgen.runtime.code import cache, engine, native
+from symgen.runtime.code import cache, engine, native, stand_ins
 from symgen.runtime.code.host import package_version, target
 from symgen.runtime.lazy import Late
 
@@ -29,6 +29,7 @@ DISABLE_JIT = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 _KEPT = 400
 _SECONDS_PER_FUNCTION = 0.3  # roughly, to compile; for what the listener is told
 _FEW_STATES = 16
+_LONG = 20_000  # bytes of bitcode whose vector code takes a second and more to make
 # What `tests/ship_loops.py` sets: whether bitcode of the package is taken, and who is told of what Numba makes
 # (function, layout, bitcode).
 with_shipped = True
@@ -59,6 +60,7 @@ class Jitted:
         self.distinct_arrays = distinct_arrays
         self.title = f"the step loop {function.__name__} (once per machine)"
         self._loaded: dict[tuple[str, bool], native.NativeFunction] = {}
+        self._stand_ins: set[tuple[str, bool]] = set()
 
     def __call__(self, *args: Any) -> Any:
         return self._code(args)(*args)
@@ -71,6 +73,19 @@ class Jitted:
         """Return the machine code for arguments of these types, for callers that are machine code themselves."""
         return self._code(args)
 
+    def stands_in(self, *args: Any) -> bool:
+        """Whether scalar code stands in for the vector code that arguments of these types ask for."""
+        return (native.signature(args), _is_large(args)) in self._stand_ins
+
+    def with_vectors(self, *args: Any) -> native.NativeFunction:
+        """Return the vector code for arguments of these types, which its calls take from now on."""
+        variant = native.signature(args), _is_large(args)
+        with _lock:
+            if variant in self._stand_ins:
+                self._loaded[variant] = self._load(args, vectorised=True)
+                self._stand_ins.discard(variant)
+            return self._loaded[variant]
+
     def _code(self, args: tuple) -> native.NativeFunction:
         variant = native.signature(args), _is_large(args)
         code = self._loaded.get(variant)
@@ -78,14 +93,25 @@ class Jitted:
             with _lock:
                 code = self._loaded.get(variant)
                 if code is None:
-                    code = self._loaded[variant] = self._load(args, vectorised=variant[1])
+                    waits = variant[1] and not stand_ins.at_once and self._has_long_way_to_vectors(args)
+                    if waits:
+                        self._stand_ins.add(variant)
+                    code = self._loaded[variant] = self._load(args, vectorised=variant[1] and not waits)
         return code
+
+    def _has_long_way_to_vectors(self, args: tuple) -> bool:
+        """Whether vector code is still to be made, of so much that this takes a while."""
+        layout = native.layout(args)
+        if self._kept_at("loops", _fits(layout, vectorised=True)).exists():
+            return False
+        found = self._shipped(layout)  # what Numba compiles takes so long that vectors do not matter
+        return found is not None and len(found) > _LONG
 
     def _load(self, args: tuple, *, vectorised: bool) -> native.NativeFunction:
         layout = native.layout(args)
 
         def machine_code() -> bytes:
-            found = shipped.find(self, layout) if with_shipped and not any(_numba_settings()) else None
+            found = self._shipped(layout)
             if found is not None:
                 try:
                     return _emit(found, vectorised)
@@ -96,8 +122,12 @@ class Jitted:
                 watcher(self, layout, made)
             return _emit(made, vectorised)
 
-        content = self._kept("loops", (layout, repr(vectorised), repr(target())), machine_code)
+        content = self._kept("loops", _fits(layout, vectorised=vectorised), machine_code)
         return native.NativeFunction(self.py_func.__name__, content, args)
+
+    def _shipped(self, layout: str) -> bytes | None:
+        """Return the bitcode that came with the package, if it is of these sources and settings."""
+        return shipped.find(self, layout) if with_shipped and not any(_numba_settings()) else None
 
     def _compile(self, args: tuple) -> bytes:
         # Helpers of a few lines are not worth a word.
@@ -107,15 +137,17 @@ class Jitted:
 
     def _kept(self, kind: str, fits: tuple[str, ...], make: Callable[[], bytes]) -> bytes:
         """Return what the cache folder `kind` holds of this function for what it `fits`, made now if it is missing."""
-        folder = cache.cache_folder(kind)
-        key = hashlib.sha256("\0".join((self.fingerprint, *fits)).encode()).hexdigest()[:40]
-        path = folder / f"{self.py_func.__name__}-{key}"
+        path = self._kept_at(kind, fits)
         content = cache.fetch(path)
         if content is None:
             content = make()
             if cache.store(path, content):
-                cache.prune(folder, _KEPT)
+                cache.prune(path.parent, _KEPT)
         return content
+
+    def _kept_at(self, kind: str, fits: tuple[str, ...]) -> Path:
+        key = hashlib.sha256("\0".join((self.fingerprint, *fits)).encode()).hexdigest()[:40]
+        return cache.cache_folder(kind) / f"{self.py_func.__name__}-{key}"
 
     def called(self) -> list[Jitted]:
         """This function and all that it calls, directly or not, in a fixed order."""
@@ -192,6 +224,11 @@ def _code_objects(code: types.CodeType) -> list[types.CodeType]:
 def _emit(content: bytes, vectorised: bool) -> bytes:
     head, bitcode = native.unpack(content)
     return native.pack(compiler.emit(bitcode, vectorised=vectorised), **head)
+
+
+def _fits(layout: str, *, vectorised: bool) -> tuple[str, ...]:
+    """Return what machine code is for."""
+    return layout, repr(vectorised), repr(target())
 
 
 def _is_large(args: tuple) -> bool:
