@@ -19,9 +19,13 @@ if TYPE_CHECKING:
     from symgen.runtime.system import System
 
 dependence = Late("symgen.runtime.constraints.dependence")
+levels = Late("symgen.runtime.constraints.levels")
 
 _ROUND_OFF_RTOL = 1e-12
 _NO_GRADIENT = 1e-12
+_FAR_OFF = (
+    0.1  # of what constraints change by over the sizes of the coordinates: no mechanism is so far from them
+)
 # Where a run may stop for constraints that come to depend on each other; the latter have reasons of other kinds too.
 _MAY_BE_DEPENDENT = (
     at.PROJECTION_FAILED,
@@ -52,7 +56,7 @@ def failure_message(status: int, system: System, method: Method, arrays: LoopArr
             "use --method dop853, which lets go of what is redundant."
         )
     undefined = status == at.NOT_FINITE and not np.isfinite(_row(system, arrays)).all()
-    if status in _MAY_BE_DEPENDENT and not undefined:
+    if status in _MAY_BE_DEPENDENT and not undefined and not _left_constraints(system, arrays):
         dependent = _dependent(status, system, method, arrays, when)
         if dependent:
             return dependent
@@ -90,6 +94,19 @@ def failure_message(status: int, system: System, method: Method, arrays: LoopArr
             "many constraints there; give it a mass, or remove a constraint."
         )
     return f"{method.name} stopped at {when} with status {status}."
+
+
+def _left_constraints(system: System, arrays: LoopArrays) -> bool:
+    """Whether a run is so far off its constraints that what they are there says nothing of the mechanism."""
+    if not system.nh:
+        return False
+    constraints, q = levels.Constraints(system, arrays.p, arrays.t), arrays.y[: system.nq]
+    with np.errstate(all="ignore"):
+        off, scales = (
+            constraints.position(q),
+            constraints.position_scales(q, constraints.characteristic_sizes(q)),
+        )
+        return not (np.abs(off) <= _FAR_OFF * scales).all()
 
 
 def _dependent(status: int, system: System, method: Method, arrays: LoopArrays, when: str) -> str:
