@@ -19,9 +19,12 @@ if TYPE_CHECKING:
     from symgen.runtime.system import System
 
 dependence = Late("symgen.runtime.constraints.dependence")
+levels = Late("symgen.runtime.constraints.levels")
 
 _ROUND_OFF_RTOL = 1e-12
 _NO_GRADIENT = 1e-12
+_NO_SQUARE, _OVERFLOWS_SOON = 1e150, 1e100
+_FAR_OFF = 0.1  # of what constraints change by over the coordinates' sizes: no mechanism is so far from them
 # Where a run may stop for constraints that come to depend on each other; the latter have reasons of other kinds too.
 _MAY_BE_DEPENDENT = (
     at.PROJECTION_FAILED,
@@ -51,8 +54,14 @@ def failure_message(status: int, system: System, method: Method, arrays: LoopArr
             f"Constraints depend on each other at {when}, where series of the accelerations cannot be solved for: "
             "use --method dop853, which lets go of what is redundant."
         )
+    too_large = _too_large(system, arrays) if status in _BY_ITSELF else ""
+    if too_large:
+        return (
+            f"The motion became infinite or undefined at {when}: {too_large}, and what follows from it overflows; "
+            "choose larger units, or a smaller number."
+        )
     undefined = status == at.NOT_FINITE and not np.isfinite(_row(system, arrays)).all()
-    if status in _MAY_BE_DEPENDENT and not undefined:
+    if status in _MAY_BE_DEPENDENT and not undefined and not _left_constraints(system, arrays):
         dependent = _dependent(status, system, method, arrays, when)
         if dependent:
             return dependent
@@ -90,6 +99,35 @@ def failure_message(status: int, system: System, method: Method, arrays: LoopArr
             "many constraints there; give it a mass, or remove a constraint."
         )
     return f"{method.name} stopped at {when} with status {status}."
+
+
+def _too_large(system: System, arrays: LoopArrays) -> str:
+    """Return what says that an input or a parameter has no square, "" where none is so large, or where it acts not."""
+    inputs = dict(getattr(system, "largest_inputs", {}))
+    row = np.append(_row(system, arrays)[: system.nq + system.nv], arrays.y)
+    if not (np.abs(row) <= _OVERFLOWS_SOON).all():  # a limit may be as good as none
+        named = zip((*system.parameters, *system.inputs), arrays.p)
+        inputs |= {
+            record["name"]: abs(float(value)) for record, value in named if record["name"] not in inputs
+        }
+    for name, value in inputs.items():
+        if value > _NO_SQUARE:
+            what = "parameter" if name in {record["name"] for record in system.parameters} else "input"
+            return f"{what} {name!r} is as large as {value:.3g}"
+    return ""
+
+
+def _left_constraints(system: System, arrays: LoopArrays) -> bool:
+    """Whether a run is so far off its constraints that what they are there says nothing of the mechanism."""
+    if not system.nh:
+        return False
+    constraints, q = levels.Constraints(system, arrays.p, arrays.t), arrays.y[: system.nq]
+    with np.errstate(all="ignore"):
+        off, scales = (
+            constraints.position(q),
+            constraints.position_scales(q, constraints.characteristic_sizes(q)),
+        )
+        return not (np.abs(off) <= _FAR_OFF * scales).all()
 
 
 def _dependent(status: int, system: System, method: Method, arrays: LoopArrays, when: str) -> str:

@@ -295,3 +295,30 @@ def test_a_well_that_is_passed_within_a_step_is_said(width, flagged):
     assert len(times(solution, "inside")) == (not flagged)
     if flagged:
         assert "'inside' was passed by at about t = 1.26" in says[0]
+
+
+def test_a_well_beside_other_events_and_jumps_is_said():
+    """What is passed between two frames at which something else happens, or the rate jumps."""
+    model = """
+        [coordinates]
+        x = { start = 1.0 }
+        [energy]
+        kinetic = "dot(x)^2/2"
+        potential = "x^2/2"
+        [events.mark]
+        when = "x - 0.302"
+        [events.hit]
+        when = "x - 0.1"
+        then = { reset = { "dot(x)" = "-dot(x)" } }
+        [events.WHERE]
+        when = "0.5 - exp(-((x - PLACE)/1e-5)^2)"
+        direction = "falling"
+    """
+    for place in (0.3, 0.1001):
+        text = model.replace("WHERE", "inside").replace("PLACE", str(place))
+        solution = Model.from_toml(text).derive().run(t_end=3.0, method="dop853", max_step=0.2)
+        assert not times(solution, "inside")
+        (said,) = solution.objections
+        assert said.check == "missed events" and "'inside' was passed by" in said.says
+    far = model.replace("WHERE", "inside").replace("PLACE", "0.05")
+    assert not Model.from_toml(far).derive().run(t_end=3.0, method="dop853", max_step=0.2).objections

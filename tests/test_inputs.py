@@ -323,3 +323,18 @@ def test_what_is_too_short_to_be_told_apart_is_refused(kind):
     else:
         run = pushed().run(t_end=3.0, inputs={"F": ramp})
         assert run["dot(x)"][-1] == pytest.approx(10.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("method", ["dop853", "taylor", "radau5"])
+def test_numbers_without_a_square_are_named_where_a_run_fails(method):
+    model = Model("pushed")
+    model.coordinate("x", start=1.0)
+    model.parameters(k=1)
+    model.kinetic("dot(x)^2/2")
+    model.potential("k*x^2/2")
+    model.force("x", model.input("u"))
+    system = model.derive()
+    pushed = system.run(2.0, method=method, inputs={"u": Polynomial([0.0, 1e308])})
+    stiff = system.run(2.0, method=method, parameters={"k": 1e308})
+    assert "input 'u' is as large as 1e+308" in pushed.message
+    assert "parameter 'k' is as large as 1e+308" in stiff.message

@@ -49,7 +49,8 @@ _PARTITION = {"method": "dop853", "constraints": "partition"}
 
 
 # What parts of these runs said, carried on to the end: 8e-6, 9e-4 and 0.08. Of those by partition next to nothing was
-# followed, since a step of the companion counted as one of theirs, with all their iterations: 7e-5 and 2e-7.
+# followed, since a step of the companion counted as one of theirs, with all their iterations: 7e-5 and 2e-7. Of those
+# by projection, whose companion is of their own method, parts alone said 1, 1 and 7e-6.
 @pytest.mark.parametrize(
     "rates, how, error",
     [
@@ -58,8 +59,20 @@ _PARTITION = {"method": "dop853", "constraints": "partition"}
         (_SPREAD, {"method": "gauss6", "step": 0.004}, 0.0032),
         (_FOLDED, {**_PARTITION, "rtol": 1e-5, "atol": 1e-6}, 0.167),
         (_FOLDED, {**_PARTITION, "rtol": 1e-7, "atol": 1e-8}, 0.0031),
+        (_THROWN, {"method": "dop853", "rtol": 1e-7, "atol": 1e-8}, 0.53),
+        (_FOLDED, {"method": "dop853", "rtol": 1e-7, "atol": 1e-8}, 0.0057),
+        (_FOLDED, {"method": "dop853", "rtol": 1e-9, "atol": 1e-10}, 3.56e-5),
     ],
-    ids=["gauss6", "gauss8", "gauss6, right", "partition", "partition, right"],
+    ids=[
+        "gauss6",
+        "gauss8",
+        "gauss6, right",
+        "partition",
+        "partition, right",
+        "projection",
+        "projection, right",
+        "projection, tight",
+    ],
 )
 def test_errors_that_grow_behind_what_was_followed_closely_are_seen(rates, how, error):
     system, given = hanging_bars(), {"rate": {f"a{k}": rate for k, rate in enumerate(rates)}, "t_end": 8.0}

@@ -113,6 +113,8 @@ class ErrorEstimate:
         Those of the companion that says so.
     has_drift : bool
         Whether it has, behind what companions have seen, what the drift of the energy makes of the motion.
+    is_bound : bool
+        Whether it is an upper bound only, as the companion's own error is in it.
     """
 
     t: np.ndarray
@@ -122,6 +124,7 @@ class ErrorEstimate:
     sharp: SharpPlaces | None = None
     states: np.ndarray | None = None
     has_drift: bool = False
+    is_bound: bool = False
 
     @property
     def worst(self) -> np.ndarray:
@@ -232,7 +235,7 @@ def _estimated(
             seen = comparison.of_the_better(seen, better, _MORE_FOR_ACCURATE * operations, allowed)
         if not seen.known:  # a better one that did not come to the end says that the first is off
             seen = None
-    if seen is not None and seen.largest > _TELLS:
+    if seen is not None and not seen.is_bound:
         return seen
     budgets = (half if comparison.own.adaptive else operations, half)
     grown = _amplification(comparison, neighbour, parts, budgets, longer)
@@ -394,7 +397,7 @@ class _Comparison:
             That it took, and that a rough one is expected to take at most.
         """
         came = float(begun.t[-1] - self._t[0])
-        if companion.method is self.own or not _may_be_chaotic(self.system):
+        if companion.remains != 1.0 or not _may_be_chaotic(self.system):
             return None
         if companion.rtol >= _ROUGH or came <= 0.0:
             return None
@@ -407,7 +410,7 @@ class _Comparison:
         beside = self._beside(companion.with_tolerance(_ROUGH), _UNEVEN * needed, 0)
         rough = self._said(companion.with_tolerance(_ROUGH), 0, beside)
         if rough.largest <= _TELLS:
-            return rough if rough.known else None
+            return replace(rough, is_bound=True) if rough.known else None
         needed = _SLOWER * beside.steps * per_step / fewer * span / float(rough.t[-1] - self._t[0])
         accurate = self.follow(companion, min(needed, max(allowed, _MOST_TO_DECIDE)))
         return accurate if accurate.known else None

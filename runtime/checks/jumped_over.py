@@ -20,6 +20,9 @@ from symgen.runtime.timing.search import TimeTerms
 from symgen.runtime.timing.step_limits import StepLimits
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from symgen.runtime.event_actions import EventRecord
     from symgen.runtime.solution import Solution
 
 _CELLS, _MOST_CELLS, _PARTS = 200, 4000, 8
@@ -28,6 +31,7 @@ _MUCH_LONGER = 8.0  # a step than the time in which something changes
 _LOOK = 0.5  # of that time: how long the steps of a companion are there
 _AROUND = 50.0  # of these steps before and after: the path between frames is interpolated
 _FINEST = 2.0**-36  # of the run
+_AS_ONE = 1e-6  # of the time between frames
 
 
 @dataclass(frozen=True)
@@ -75,14 +79,29 @@ class Path:
         What is worked out along it.
     n_more : int
         How many numbers the function reads behind the state; they are taken as 0.
+    jumps : sequence of EventRecord
+        Events at which the state jumps, in order: the path has no slope there.
+
+    Attributes
+    ----------
+    t : ndarray [s]
+        Frames, and times just before and behind jumps.
+    smooth : ndarray of bool
+        Which intervals between them have no jump in them.
     """
 
-    def __init__(self, solution: Solution, function: str, n_more: int):
+    def __init__(self, solution: Solution, function: str, n_more: int, jumps: Sequence[EventRecord] = ()):
         self._equations = TimeTerms(solution.system, solution.p, function)
         keep = np.append(True, np.diff(solution.t) > 0.0)
-        self._t, self._y = solution.t[keep], solution.states[keep]
+        self.t, self._y = solution.t[keep], solution.states[keep]
+        self.smooth = np.ones(len(self.t) - 1, dtype=bool)
+        if jumps:
+            self.t, self._y, self.smooth = _with_jumps(self.t, self._y, jumps)
         nq = solution.system.nq
-        slopes = np.gradient(self._y, self._t, axis=0)
+        pieces = np.split(np.arange(len(self.t)), np.flatnonzero(~self.smooth) + 1)
+        slopes = np.zeros(self._y.shape)
+        for piece in (piece for piece in pieces if len(piece) > 1):
+            slopes[piece] = np.gradient(self._y[piece], self.t[piece], axis=0)
         if nq == solution.system.nv:
             slopes[:, :nq] = self._y[:, nq:]
         self._slopes = slopes
@@ -92,7 +111,7 @@ class Path:
 
     def _all_widths(self) -> list[float]:
         one = np.ones(1)
-        everywhere = Intervals(np.full(1, self._t[0]), np.full(1, np.inf), [], finding=True)
+        everywhere = Intervals(np.full(1, self.t[0]), np.full(1, np.inf), [], finding=True)
         never, none = np.full(1, np.inf), np.zeros(1, dtype=np.int8)
         zero, inf = 0.0 * one, np.inf * one
         free = Range(-inf, inf, -inf, inf, zero, never, never, none, zero)
@@ -101,7 +120,7 @@ class Path:
 
     def sharp_places(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return begins and ends of cells in which something changes much faster than steps were, and how fast [s]."""
-        marks = self._t[sample_rows(len(self._t), _CELLS + 1)]
+        marks = self.t[sample_rows(len(self.t), _CELLS + 1)]
         begin, end = marks[:-1], marks[1:]
         found: list[tuple[np.ndarray, ...]] = []
         looked = 0
@@ -109,9 +128,7 @@ class Path:
             scale = self._scales(begin, end)
             looked += len(begin)
             far = scale * _MUCH_LONGER < self._steps(begin, end)
-            small = (scale >= _OF_CELL * (end - begin)) | (
-                end - begin <= _FINEST * (self._t[-1] - self._t[0])
-            )
+            small = (scale >= _OF_CELL * (end - begin)) | (end - begin <= _FINEST * (self.t[-1] - self.t[0]))
             there = far & small
             found.append((begin[there], end[there], scale[there]))
             begin, end = begin[far & ~small], end[far & ~small]
@@ -141,9 +158,9 @@ class Path:
 
     def _at(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The state and its slope between frames, by Hermite's cubic."""
-        k = np.clip(np.searchsorted(self._t, t, side="right") - 1, 0, len(self._t) - 2)
-        h = (self._t[k + 1] - self._t[k])[:, None]
-        s = (t - self._t[k])[:, None] / h
+        k = np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, len(self.t) - 2)
+        h = (self.t[k + 1] - self.t[k])[:, None]
+        s = (t - self.t[k])[:, None] / h
         first, last, a, b = self._y[k], self._y[k + 1], self._slopes[k], self._slopes[k + 1]
         change = last - first
         cubic = s * (s - 1.0) * ((s - 1.0) * (h * a - change) + s * (h * b - change))
@@ -157,6 +174,36 @@ class Path:
         pairs = np.column_stack([first, final + 1]).ravel()
         longest = np.maximum.reduceat(np.append(self._lengths, 0.0), pairs)[::2]
         return np.maximum(longest, self._lengths[first])
+
+
+def _with_jumps(
+    t: np.ndarray, y: np.ndarray, jumps: Sequence[EventRecord]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return times and states with those just before and behind jumps, and which intervals have no jump in them."""
+    times, states, smooth = [t[0]], [y[0]], []
+    at = np.unique([jump.t for jump in jumps])
+    first = {jump.t: jump for jump in reversed(jumps)}
+    last = {jump.t: jump for jump in jumps}
+    beside = _AS_ONE * np.diff(t).min()
+    # Frames in the instant of a jump have one of its two states.
+    k = np.searchsorted(at, t[1:-1])
+    nearest = np.minimum(np.abs(at[np.minimum(k, len(at) - 1)] - t[1:-1]), np.abs(at[k - 1] - t[1:-1]))
+    nodes = [(when, row) for when, row in zip(t[1:-1], y[1:-1], strict=True)]
+    nodes = [node for node, off in zip(nodes, nearest, strict=True) if off > beside]
+    nodes += [(when, None) for when in at if t[0] < when < t[-1]]
+    for when, row in [*sorted(nodes, key=lambda node: node[0]), (t[-1], y[-1])]:
+        if not when > times[-1]:
+            continue
+        smooth.append(True)
+        times.append(when)
+        if row is not None:
+            states.append(row)
+            continue
+        before, after = first[when], last[when]
+        states += [np.append(before.q_before, before.v_before), np.append(after.q_after, after.v_after)]
+        times.append(np.nextafter(when, np.inf))
+        smooth.append(False)
+    return np.array(times), np.array(states), np.array(smooth)
 
 
 def _step_limits(

@@ -49,10 +49,7 @@ def missed_events(solution: Solution) -> Iterator[HealthCheck]:
         times = alone or _on_the_wrong_side(solution, e, direction, floor)
         missed += [(when, event["name"]) for when in times]
     if not missed and own:
-        between = _away_from(_without_the_end(solution.t), fired)
-        missed = [
-            (when, system.events[e]["name"]) for when, e in hidden.hidden_crossings(solution, own, between)
-        ]
+        missed = [(when, system.events[e]["name"]) for when, e in hidden.hidden_crossings(solution, own)]
     found = f"{len(solution.events)} events fired, none was passed by"
     count = max(len(missed), sum(n for _, n, _ in solution.passed_by))
     missed += [(when, name) for name, _, when in solution.passed_by]
@@ -118,15 +115,6 @@ def _without_events(t: np.ndarray, fired: np.ndarray) -> np.ndarray:
         k = int(np.searchsorted(t, when))
         quiet[max(0, k - 1 - _BETWEEN) : k + 1 + _BETWEEN] = False
     return quiet
-
-
-def _away_from(t: np.ndarray, fired: np.ndarray) -> np.ndarray:
-    """Return which intervals between frames, and their neighbours, have no event in them."""
-    away = np.ones(len(t) - 1, dtype=bool)
-    for when in fired:
-        k = int(np.searchsorted(t, when))
-        away[max(0, k - 2) : k + 1] = False
-    return away
 
 
 def _between_frames(solution: Solution) -> tuple[np.ndarray, np.ndarray]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.constraints.guard_code import NEAR_LIMIT
 from symgen.runtime.constraints.levels import Constraints
 from symgen.runtime.integrate.loop import copy
 from symgen.runtime.integrate.quaternions import rotate
@@ -20,6 +21,10 @@ if TYPE_CHECKING:
 _LARGEST = 4096  # entries of G; the look at all of them after each step is to stay cheap
 _SPREAD = 0.5  # of the characteristic sizes
 _NEIGHBOURS = 4
+# Iterations towards the constraints, the change of a neighbour that ends them, and a row on the constraints in parts of
+# what it is off them: a smaller one counts as vanishing everywhere.
+_ITERATIONS, _CONVERGED, _SMALLEST_ROW = 20, 1e-8, 1e-5
+_LOST_DIRECTIONS = 1e-6  # singular values below are none
 
 
 def n_weights(system: System) -> int:
@@ -60,10 +65,66 @@ def row_weights(system: System, p: np.ndarray, t: float, q: np.ndarray) -> tuple
     fill_row_weights(
         kernel, t, q, system.precomputed(p), random_steps(nv), quaternion_places(system), place, rows, weights, squares
     )  # fmt: skip
+    own = [row for row in range(system.nh) if row not in system.switched]
+    if own and (squares < NEAR_LIMIT).any():
+        _take_those_on_constraints(system, p, t, q, own, weights, squares)
     for row, at in system.switched.items():  # off, its row of zeros says nothing
         squares[row] += 1.0 - p[at]
     squares[list(system.dependent)] = 1.0
     return weights, float(np.min(squares))
+
+
+def _take_those_on_constraints(
+    system: System,
+    p: np.ndarray,
+    t: float,
+    q: np.ndarray,
+    own: list[int],
+    weights: np.ndarray,
+    squares: np.ndarray,
+) -> None:
+    """Let weights and squares be those of rows as large as they get on the constraints.
+
+    The row of a short rod is as short everywhere, but off the constraints, where the rod is longer.
+
+    Parameters
+    ----------
+    own : list of int
+        The position constraints that hold at all times.
+    """
+    m, nv, constraints = system.m, system.nv, Constraints(system, p, t)
+    sizes, scales = weights[m * nv + m :], weights[m * nv : m * nv + m]
+    near = [_on_constraints(constraints, q, step * sizes, sizes, own) for step in random_steps(nv)]
+    places = [q, *(place for place in near if place is not None)]
+    if len(places) == 1:
+        return
+    rows = np.array([((constraints.jacobian(place) * sizes) ** 2).sum(axis=1) for place in places])
+    if not np.isfinite(rows).all():
+        return
+    off = scales**-2.0
+    taken = np.clip(rows.max(axis=0), _SMALLEST_ROW**2 * off, off)
+    squares[:] = np.where(rows[0] > 0.0, rows[0] / taken, 0.0)
+    scales[:] = taken**-0.5
+    weights[: m * nv] = (sizes**2 / taken[:, None]).ravel()
+
+
+def _on_constraints(
+    constraints: Constraints, q: np.ndarray, step: np.ndarray, sizes: np.ndarray, own: list[int]
+) -> np.ndarray | None:
+    """Return the place on the constraints that Gauss and Newton come to from a step away from q, if they do."""
+    place = constraints.positions.retract(q, step)
+    for _ in range(_ITERATIONS):
+        rows, off = constraints.jacobian(place)[own] * sizes, constraints.position(place)[own]
+        if not (np.isfinite(rows).all() and np.isfinite(off).all()):
+            return None
+        norms = np.sqrt((rows**2).sum(axis=1))
+        norms[norms == 0.0] = 1.0
+        change = np.linalg.lstsq(rows / norms[:, None], -off / norms, rcond=_LOST_DIRECTIONS)[0]
+        length = float(np.linalg.norm(change))
+        place = constraints.positions.retract(place, sizes * change / max(length, 1.0))
+        if length <= _CONVERGED:
+            return place
+    return None
 
 
 @functools.lru_cache(maxsize=16)

@@ -220,6 +220,14 @@ class DrivenSystem(System):
         sampled = (sampler.pieces(k) for sampler in self.samplers for k in range(len(sampler.inputs)))
         return [*self._pieces.values(), *sampled]
 
+    @property
+    def largest_inputs(self) -> dict[str, float]:
+        """The largest coefficient of each table and polynomial, by the name of its input."""
+        named = zip(self.places.pieces, self.all_pieces)
+        return {
+            self.inputs[x.number]["name"]: float(np.abs(pieces.coefficients).max()) for x, pieces in named
+        }
+
     def precomputed(self, p: np.ndarray) -> np.ndarray:
         """Return a new `p` for kernels' `precomputed_address`; pieces are searched for at the time of each call."""
         addresses = [x.code.address for x in self.feedback]
