@@ -13,6 +13,7 @@ from symgen.derive.solve import fronts
 from symgen.runtime.code import compiler, engine, front_ldl
 from symgen.runtime.code.llvm_text import table as table_ir
 from symgen.runtime.errors import ModuleError
+from symgen.runtime.graph.form import Loop, Name, Place, Solve, Write
 from symgen.runtime.index_tables import entries_of
 
 PATTERNS = ["band", "grid", "star", "random", "full", "parts"]
@@ -38,6 +39,12 @@ def matrix(pattern, seed=0):
     return root - np.diag(np.abs(root).sum(axis=1) + 1.0)
 
 
+SOLVERS = {
+    "factor_fronts": "ptr %a", "solve_fronts": "ptr %a, ptr %b",
+    front_ldl.FACTOR_FORWARD: "ptr %a, ptr %b", front_ldl.BACKWARD: "ptr %a, ptr %b",
+}  # fmt: skip
+
+
 def planned(K):
     """The plan of a matrix, and its numbers in the fronts' array."""
     plan = fronts.plan([{int(j) for j in np.flatnonzero(row)} - {i} for i, row in enumerate(K)])
@@ -47,20 +54,20 @@ def planned(K):
 
 
 def compiled(plan):
-    """Both solvers as machine code."""
-    definitions = [front_ldl.definition(name, plan.table, plan.n_fronts) for name in front_ldl.SOLVERS]
+    """Both solvers as machine code, and what does the work of both in one pass and half a one."""
+    definitions = {name: front_ldl.definition(name, plan.table, plan.n_fronts) for name in SOLVERS}
     calls = [
-        f"define void @{name}({arrays}) {{\ncall void @{symbol}({arrays}, ptr @I0)\nret void\n}}\n"
-        for name, arrays, (symbol, _) in zip(
-            ("factor", "solve"), ("ptr %a", "ptr %a, ptr %b"), definitions, strict=True
-        )
+        f"define void @{name}({arrays}) {{\ncall void @{definitions[name][0]}({arrays}, ptr @I0)\nret void\n}}\n"
+        for name, arrays in SOLVERS.items()
     ]
-    ir = table_ir("I0", plan.table) + "".join(text for _, text in definitions) + "".join(calls)
+    parts = dict(definitions.values())
+    ir = table_ir("I0", plan.table) + "".join(parts.values()) + "".join(calls)
     keep = engine.MachineCode()
-    first = keep.add(compiler.compile_ir(ir), "factor")
-    factor = ctypes.CFUNCTYPE(None, ctypes.c_void_p)(first)
-    solve = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(keep.address("solve"))
-    return keep, factor, solve
+    keep.add(compiler.compile_ir(ir), "factor_fronts")
+    return keep, *(
+        ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * arrays.count("ptr"))(keep.address(name))
+        for name, arrays in SOLVERS.items()
+    )
 
 
 @pytest.mark.parametrize("pattern", PATTERNS)
@@ -71,12 +78,42 @@ def test_solution_of_both_forms(pattern):
     by_python, solved, b = a.tolist(), right.tolist(), right.copy()
     front_ldl.factor_fronts(by_python, plan.table, plan.n_fronts)
     front_ldl.solve_fronts(by_python, solved, plan.table, plan.n_fronts)
-    _keep, factor, solve = compiled(plan)
+    early, c = a.copy(), right.copy()
+    _keep, factor, solve, factor_and_forward, backward = compiled(plan)
     factor(a.ctypes.data)
     solve(a.ctypes.data, b.ctypes.data)
+    factor_and_forward(early.ctypes.data, c.ctypes.data)
+    backward(early.ctypes.data, c.ctypes.data)
     assert b == pytest.approx(np.linalg.solve(K, right), rel=1e-11, abs=1e-12)
-    assert solved == b.tolist()
+    assert solved == b.tolist() == c.tolist()
     assert by_python[-1] == a[-1]
+    assert np.array_equal(early, a)
+
+
+FACTOR, SOLVE = (
+    Solve("factor_fronts", ("a",), "I0", (9,), 1),
+    Solve("solve_fronts", ("a", "b"), "I0", (9,), 5),
+)
+
+
+@pytest.mark.parametrize(
+    ("between", "early"),
+    [
+        ([Name("x", 0, 2, reads=(("a", Place(8)),)), Write("out", Place(3), 0, 3)], True),
+        ([Name("x", 0, 2, reads=(("b", Place(0)),))], False),
+        ([Write("b", Place(0), 0, 2)], False),
+        ([Loop(4, (Write("b", Place(0, 1), 0, 3),), 2)], False),
+        ([SOLVE._replace(arrays=("a", "c"))], False),  # the other right-hand side is taken
+        ([FACTOR], True),  # the second one's
+    ],
+)
+def test_right_hand_sides_that_are_there(between, early):
+    """They are eliminated with the matrix only where nothing is done to them in between."""
+    made = front_ldl.with_early_solves([FACTOR, *between, SOLVE])
+    assert (made[-1].solver == front_ldl.BACKWARD) == early
+    n_early = [s.solver for s in made if isinstance(s, Solve)].count(front_ldl.FACTOR_FORWARD)
+    n_backward = [s.solver for s in made if isinstance(s, Solve)].count(front_ldl.BACKWARD)
+    assert n_early == n_backward
 
 
 @pytest.mark.parametrize("pattern", PATTERNS)
@@ -97,7 +134,7 @@ def test_ratio_is_the_smallest_relative_pivot(pattern):
 def test_ratio_of_a_singular_matrix_is_zero_or_no_number():
     K = np.array([[-2.0, 2.0, 0.0], [2.0, -2.0, 0.0], [0.0, 0.0, -1.0]])
     plan, a = planned(K)
-    _keep, factor, _ = compiled(plan)
+    _keep, factor, *_ = compiled(plan)
     factor(a.ctypes.data)
     assert not a[-1] > 0.0
 

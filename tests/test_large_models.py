@@ -127,12 +127,24 @@ def test_negative_inertia_of_one_body_is_found_among_many(chain):
         refuse_negative_inertia(chain, chain.parameter_values({"m": -1.0}), 0.0, state)
 
 
+def test_only_doubtful_blocks_are_looked_at_by_themselves():
+    """Those that are negative or singular, whatever their units; numbers that are none are for the run to tell."""
+    sound = np.array([[4e8, 1.0], [1.0, 1e-6]])
+    singular, negative = np.array([[4.0, 2e-4], [2e-4, 1e-8]]), np.array([[1.0, 2.0], [2.0, 1.0]])
+    blocks = np.array([sound, singular, negative, np.full((2, 2), np.nan), np.zeros((2, 2))])
+    assert inertia._doubtful(blocks).tolist() == [False, True, True, False, True]
+    assert inertia._doubtful(np.array([1e-30, 0.0, -1.0, np.inf])[:, None, None]).tolist() == [
+        False, True, True, False
+    ]  # fmt: skip
+
+
 @pytest.mark.parametrize("name", ["n_pendulum", "humanoid_tree"])
 def test_blocks_of_the_mass_matrix_are_those_that_rates_couple(monkeypatch, name):
     system = runtime.load(derive_text(load(find(name))).text)
     state, p = np.concatenate(system.initial_state()[:2]), system.parameter_values()
     whole = system.kernel("mass_matrix")(0.0, state, p).reshape(system.nv, system.nv)
     monkeypatch.setattr(inertia, "_LARGEST_WHOLE", 1)
+    monkeypatch.setattr(inertia, "_DOUBTFUL", np.inf)
     found = np.zeros_like(whole)
     for rates, block in inertia._blocks(system, p, 0.0, state):
         found[np.ix_(rates, rates)] = block

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 _ROUND_OFF = 1e-10
 _TAKES_PART = 1e-6  # of the largest part in a motion
 _NONE = 1e-14  # smallest eigenvalue of M, scaled to a unit diagonal, that counts as inertia
+_DOUBTFUL = 1e-10  # with a smallest eigenvalue above this, a block is not looked at by itself
 _LARGEST_WHOLE = 300  # rates
 
 
@@ -37,35 +38,51 @@ def refuse_negative_inertia(system: System, p: np.ndarray, t: float, state: np.n
 def _blocks(
     system: System, p: np.ndarray, t: float, state: np.ndarray
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """The mass matrix, of a large model the blocks of rates that it couples: eigenvalues of these cost little."""
+    """Rates, and the mass matrix of these: the whole, or of a large model the doubtful blocks of those it couples."""
     nv = system.nv
     if nv <= _LARGEST_WHOLE:
         yield np.arange(nv), system.kernel("mass_matrix")(t, state, p).reshape(nv, nv)
         return
     rows, columns = np.divmod(system.entry_places("mass_matrix"), nv)
     values = system.kernel(f"mass_matrix{ENTRIES}")(t, state, p)
-    blocks = _coupled(nv, *(x[(rows != columns) & (values != 0.0)] for x in (rows, columns)))
-    matrices = [np.zeros((len(rates), len(rates))) for rates in blocks]
-    block, place = np.zeros(nv, dtype=int), np.zeros(nv, dtype=int)  # of each rate, and where there
-    for k, rates in enumerate(blocks):
-        block[rates], place[rates] = k, np.arange(len(rates))
-    for i, j, value in zip(rows, columns, values):
-        if block[i] == block[j]:
-            matrices[block[i]][place[i], place[j]] = value
-    yield from zip(blocks, matrices)
+    labels = _coupled(nv, *(x[(rows != columns) & (values != 0.0)] for x in (rows, columns)))
+    order, sizes = np.argsort(labels, kind="stable"), np.bincount(labels)
+    first = np.cumsum(sizes) - sizes
+    place = np.zeros(nv, dtype=int)  # of each rate in its block
+    place[order] = np.arange(nv) - first[labels[order]]
+    within = labels[rows] == labels[columns]
+    found = []
+    for size in np.unique(sizes):
+        blocks, number = np.flatnonzero(sizes == size), np.zeros(len(sizes), dtype=int)
+        number[blocks] = np.arange(len(blocks))
+        own = within & (sizes[labels[rows]] == size)
+        matrices = np.zeros((len(blocks), size, size))
+        matrices[number[labels[rows[own]]], place[rows[own]], place[columns[own]]] = values[own]
+        found += [(blocks[k], matrices[k]) for k in np.flatnonzero(_doubtful(matrices))]
+    for block, mass in sorted(found, key=lambda pair: pair[0]):
+        yield order[first[block] : first[block] + sizes[block]], mass
 
 
-def _coupled(nv: int, rows: np.ndarray, columns: np.ndarray) -> list[np.ndarray]:
-    """Rates that entries off the diagonal couple, together."""
+def _doubtful(matrices: np.ndarray) -> np.ndarray:
+    """Which of many symmetric matrices, shape (n, size, size), need a closer look; those of no numbers do not."""
+    finite = np.isfinite(matrices).all(axis=(1, 2))
+    scaled = np.where(finite[:, None, None], matrices, 1.0)
+    scale = np.sqrt(np.abs(np.diagonal(scaled, axis1=1, axis2=2)))
+    scale = np.where(scale == 0.0, 1.0, scale)
+    scaled = scaled / (scale[:, :, None] * scale[:, None, :])
+    lowest = scaled[:, 0, 0] if scaled.shape[1] == 1 else np.linalg.eigvalsh(scaled)[:, 0]
+    return finite & (lowest <= _DOUBTFUL)
+
+
+def _coupled(nv: int, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """A number for each rate, equal where entries off the diagonal couple them."""
     if not len(rows):
-        return list(np.arange(nv)[:, None])  # SciPy takes longer to import than many runs take
+        return np.arange(nv)  # SciPy takes longer to import than many runs take
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
 
     graph = csr_array((np.ones(len(rows)), (rows, columns)), shape=(nv, nv))
-    _, labels = connected_components(graph, directed=False)
-    order = np.argsort(labels, kind="stable")
-    return np.split(order, np.flatnonzero(np.diff(labels[order])) + 1)
+    return connected_components(graph, directed=False)[1]
 
 
 def _refuse_free_motion(

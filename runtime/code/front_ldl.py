@@ -11,7 +11,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from symgen.runtime.code.dense_ldl import BLOCK, Writer, subtract_rows
+from symgen.runtime.graph.form import OUT, Name, Solve, Statement, Write
 
+FACTOR_FORWARD, BACKWARD = "factor_and_forward", "backward"
 SOLVERS = {"factor_fronts": 1, "solve_fronts": 2}  # and how many arrays their calls begin with
 LARGEST_WRITTEN_OUT = 8  # rows of a front
 RECORD = 5  # numbers of a front's record before its rows
@@ -120,15 +122,51 @@ def shapes(table: Sequence[int], n: int) -> list[tuple[int, int]]:
     return [(table[r + 1], table[r + 2]) for r in table[:n]]
 
 
+def with_early_solves(body: Sequence[Statement]) -> list[Statement]:
+    """Statements in which right-hand sides that are there by then are eliminated with the matrix.
+
+    That is where `factor_fronts` and `solve_fronts` have nothing between them that writes to a local array or reads
+    the right-hand side.
+    """
+    result = list(body)
+    for i, statement in enumerate(result):
+        if type(statement) is not Solve or statement.solver != "factor_fronts":
+            continue
+        j = _solve_behind(result, i)
+        if j is not None:
+            arrays = result[j].arrays
+            result[i] = statement._replace(solver=FACTOR_FORWARD, arrays=arrays)
+            result[j] = result[j]._replace(solver=BACKWARD)
+    return result
+
+
+def _solve_behind(body: Sequence[Statement], i: int) -> int | None:
+    """Where the solve stands that statement `i`, a factorisation, can begin; None where there is none."""
+    factor, read = body[i], set()
+    for j in range(i + 1, len(body)):
+        statement = body[j]
+        kind = type(statement)
+        if kind is Solve:
+            wanted = ("solve_fronts", *factor.arrays, factor.table, factor.numbers)
+            found = (statement.solver, statement.arrays[0], statement.table, statement.numbers)
+            return j if found == wanted and statement.arrays[1] not in read else None
+        if kind is not Name and not (kind is Write and statement.array == OUT):
+            return None
+        read.update(array for array, _ in statement.reads)
+    return None
+
+
 def definition(name: str, table: Sequence[int], n: int) -> tuple[str, str]:
     """The symbol of a solver for the fronts of a table, and LLVM IR that defines it.
 
-    It is called with its arrays and the table.
+    It is called with its arrays and the table. What `factor_fronts` and a `solve_fronts` behind it do may also be split
+    between FACTOR_FORWARD, which takes the arrays of both, and BACKWARD: a right-hand side is eliminated while the next
+    pivot waits for the last one, and its factors are at hand. Each number goes through the same operations.
     """
     kinds = sorted({shape for shape in shapes(table, n) if shape[0] <= LARGEST_WRITTEN_OUT})
     digest = hashlib.sha256(repr((kinds, n)).encode()).hexdigest()[:12]
     symbol = f"symgen.{name}.{digest}"
-    passes = (_FACTOR,) if name == "factor_fronts" else (_FORWARD, _BACKWARD)
+    passes = _PASSES[name]
     arrays = ", ".join(f"ptr noalias %{array}" for array in passes[0].arrays)
     w, parts = Writer(), []
     for one in passes:
@@ -219,13 +257,44 @@ def _smaller(w: Writer, q: str, ratio: str) -> str:
     return w.new(f"select i1 {w.new(f'or i1 {less}, {none}')}, double {q}, double {ratio}")
 
 
+class _RightHandSide:
+    """The numbers of a right-hand side that belong to the rows of a small front."""
+
+    def __init__(self, w: Writer, size: int) -> None:
+        self.places = [w.place("%b", _at(w, "%r", RECORD + i)) for i in range(size)]
+        self.values = [w.load(place, "0") for place in self.places]
+
+    def eliminate(self, w: Writer, p: int, inverse: str, row: Sequence[str]) -> None:
+        """Subtract multiples of number `p` from those below, given the row of factors behind its pivot."""
+        self.values[p] = w.fmul(inverse, self.values[p])
+        for i, factor in enumerate(row, p + 1):
+            self.values[i] = w.fsub(self.values[i], w.fmul(factor, self.values[p]))
+
+    def store(self, w: Writer) -> None:
+        for place, value in zip(self.places, self.values, strict=True):
+            w.store(value, place, "0")
+
+
+class _NoRightHandSide(_RightHandSide):
+    def __init__(self) -> None:
+        self.places, self.values = [], []
+
+    def eliminate(self, w: Writer, p: int, inverse: str, row: Sequence[str]) -> None:
+        pass
+
+
 class _Factor(_Pass):
-    arrays = ("a",)
+    arrays: tuple[str, ...] = ("a",)
     start = "1.0"
+
+    def right_hand_side(self, w: Writer, size: int) -> _RightHandSide:
+        """What is eliminated with a small front."""
+        return _NoRightHandSide()
 
     def small_front(self, w: Writer, size: int, pivots: int) -> str:
         front = w.place("%a", _at(w, "%r", 0))
         v = {(i, j): w.load(front, str(i * size + j)) for i in range(size) for j in range(i, size)}
+        right = self.right_hand_side(w, size)
         ratio = "%carried"
         for p in range(pivots):
             reference = w.load(front, str(size * size + p))
@@ -236,8 +305,10 @@ class _Factor(_Pass):
                 c = w.fmul(d, v[p, i])
                 for j in range(i, size):
                     v[i, j] = w.fsub(v[i, j], w.fmul(c, v[p, j]))
+            right.eliminate(w, p, d, [v[p, i] for i in range(p + 1, size)])
             for i in range(p + 1, size if p else 0):
                 w.store(v[p, i], front, str(p * size + i))
+        right.store(w)
         if pivots < size:
             above, width = w.place("%a", _at(w, "%r", 3)), _at(w, "%r", 4)
             numbers = [_at(w, "%r", RECORD + size + i) for i in range(size - pivots)]
@@ -313,14 +384,11 @@ class _Forward(_Pass):
 
     def small_front(self, w: Writer, size: int, pivots: int) -> str:
         front = w.place("%a", _at(w, "%r", 0))
-        rows = [w.place("%b", _at(w, "%r", RECORD + i)) for i in range(size)]
-        b = [w.load(row, "0") for row in rows]
+        right = _RightHandSide(w, size)
         for p in range(pivots):
-            b[p] = w.fmul(w.load(front, str(p * size + p)), b[p])
-            for i in range(p + 1, size):
-                b[i] = w.fsub(b[i], w.fmul(w.load(front, str(p * size + i)), b[p]))
-        for row, value in zip(rows, b, strict=True):
-            w.store(value, row, "0")
+            inverse, *row = (w.load(front, str(p * size + i)) for i in range(p, size))
+            right.eliminate(w, p, inverse, row)
+        right.store(w)
         return "%carried"
 
     def any_front(self, w: Writer) -> str:
@@ -380,4 +448,22 @@ class _Backward(_Pass):
         return "%carried"
 
 
-_FACTOR, _FORWARD, _BACKWARD = _Factor(), _Forward(), _Backward()
+class _FactorForward(_Factor):
+    arrays = ("a", "b")
+
+    def right_hand_side(self, w: Writer, size: int) -> _RightHandSide:
+        return _RightHandSide(w, size)
+
+    def any_front(self, w: Writer) -> str:
+        ratio = super().any_front(w)
+        _FORWARD.any_front(w)
+        return ratio
+
+
+_FORWARD = _Forward()
+_PASSES: dict[str, tuple[_Pass, ...]] = {
+    "factor_fronts": (_Factor(),),
+    "solve_fronts": (_FORWARD, _Backward()),
+    FACTOR_FORWARD: (_FactorForward(),),
+    BACKWARD: (_Backward(),),
+}

@@ -512,7 +512,9 @@ class Lowering(ExpressionLowering):
     def lower(self, symbol: str) -> None:
         """Lower the function's statements; `code` holds the result."""
         form = self._function.form
-        body = list(self._setup(form.body) if self._part == "setup" else form.body)
+        body = (
+            list(self._setup(form.body)) if self._part == "setup" else front_ldl.with_early_solves(form.body)
+        )
         if any(type(statement) is Loop for statement in body):
             self._extra["frame"] = "ptr"
         if self._part != "setup" and any(type(statement) is Array for statement, _ in form.statements()):
