@@ -117,8 +117,7 @@ class Holding(LoneFriction):
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return forces that do the same, the levels, and whose load frictions in planes share near their limits."""
         none = np.zeros(self.n, dtype=bool)
-        c, slope = levels.linear(here, forces, 1.0)
-        most = c + slope @ forces
+        most = levels.at(here, forces)
         if not len(self.layout.circles):
             return forces, most, none
         given = forces
@@ -132,9 +131,8 @@ class Holding(LoneFriction):
         found = evened(here, levels, forces, movable, self.layout.circles)
         if found is None or found[1] <= 0.0:
             return given, most, none
-        c, slope = levels.linear(here, found[0], 1.0)
         movable[: self.n_stops] = False
-        return found[0], c + slope @ found[0], movable
+        return found[0], levels.at(here, found[0]), movable
 
     def _balanced(
         self, here: LocalDynamics, acting: np.ndarray, forces: np.ndarray, small: np.ndarray
@@ -195,8 +193,7 @@ class Holding(LoneFriction):
                 raise self._without_direction(rows[aimed])
             kept = more
         step, along = self.arrays.fixed_step, self.n_stops + rows
-        c, slope = levels.linear(here, forces, 1.0)
-        stopping = (c + slope @ forces)[rows] * turned.own[along]
+        stopping = levels.at(here, forces)[rows] * turned.own[along]
         beginning = (turned.free + turned.compliance @ (turned.rotation @ forces))[along]
         tolerance = max(float(self.arrays.control[at.RTOL]), _FINEST)
         angles = np.full(len(rows), (6.0 * tolerance) ** (1.0 / 3.0))
@@ -485,8 +482,7 @@ class Holding(LoneFriction):
             if not ((here.free + here.compliance @ forces < -small)[: self.n_stops] & out).any():
                 break
         few = self._borne_by_few(here, np.concatenate([landed, still]), levels, forces, same_motion=False)
-        c, slope = levels.linear(here, few, 1.0)
-        return landed | out, few, c + slope @ few, out | ((forces > 0.0) & ~(few > 0.0))[: self.n_stops]
+        return landed | out, few, levels.at(here, few), out | ((forces > 0.0) & ~(few > 0.0))[: self.n_stops]
 
     def _borne_by_few(
         self,
@@ -562,9 +558,8 @@ class Holding(LoneFriction):
         found = evened(here, levels, forces, some, self.layout.circles)
         if found is not None:
             return found[0] if found[1] > -_AT_THE_LIMIT else None
-        c, slope = levels.linear(here, forces, 1.0)
         loads = self.layout.together(np.abs(forces[self.n_stops :]))
-        return forces if (loads <= (1.0 + _AT_THE_LIMIT) * (c + slope @ forces)).all() else None
+        return forces if (loads <= (1.0 + _AT_THE_LIMIT) * levels.at(here, forces)).all() else None
 
     def _about_to_press(
         self, here: LocalDynamics, acting: np.ndarray, weak: np.ndarray, forces: np.ndarray
@@ -585,8 +580,7 @@ class Holding(LoneFriction):
         """Let frictions whose motion others hold already keep the part of the force that they have."""
         if not others.any():
             return
-        c, slope = self._levels(np.zeros_like(others)).linear(here, forces, 1.0)
-        sliding = c + slope @ forces
+        sliding = self._levels(np.zeros_like(others)).at(here, forces)
         # What nothing presses but round-off takes no part of the load: it would be a large one of what presses later.
         bears = sliding > _ROUNDED_LEVEL * sliding.max(initial=0.0)
         shares = -forces[self.n_stops :] / np.where(bears, sliding, np.inf)
