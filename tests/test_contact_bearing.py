@@ -93,7 +93,7 @@ def drawn_box(seed):
 
 
 @pytest.mark.parametrize(
-    "seed", [0, 2, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (3, 4, 7, 8, 9))]
+    "seed", [6, 18, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (0, 2, 3, 4, 7, 8, 9))]
 )
 def test_a_box_that_is_pulled_sticks_up_to_the_limit_and_does_not_turn(seed):
     sizes, mu, yaw, pull, _ = drawn_box(seed)
@@ -108,7 +108,9 @@ def test_a_box_that_is_pulled_sticks_up_to_the_limit_and_does_not_turn(seed):
     np.testing.assert_allclose(run.v[-1, 3:], 0.0, atol=1e-9)
 
 
-@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (0, 3, 5, 8))])
+@pytest.mark.parametrize(
+    "seed", [9, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (0, 1, 3, 5, 8, 18))]
+)
 def test_a_box_that_is_pulled_and_turned_begins_to_slide_where_no_way_to_share_the_load_is_left(seed):
     """There is a motion on which friction of the corners that bear takes as much as the load gives; none before."""
     sizes, mu, yaw, pull, turn = drawn_box(seed)

@@ -51,3 +51,8 @@ class Levels:
                     slope[j] = self.coefficients[j] * (reaction / size) @ here.multiplier_responses[rows]
                     c[j] += self.coefficients[j] * size - slope[j] @ x
         return c, slope
+
+    def at(self, here: LocalDynamics, x: np.ndarray) -> np.ndarray:
+        """Return the levels, shape (k,), under forces x, shape (n,)."""
+        c, slope = self.linear(here, x, 1.0)
+        return c + slope @ x

@@ -32,6 +32,7 @@ _NEARLY = 100.0  # times the speed that is zero within the tolerances
 _CHANGES = 1e-11  # of the largest acceleration, in a moment: more than round-off
 _ROUNDED_LEVEL = 1e-6  # of the largest level of a friction: one that nothing presses
 _FAR = 0.999  # of what a friction can take
+_WITH_OTHERS = 1e-6  # of that, to its limit, where others are at theirs: a moment later tells
 _ANY_ANGLE, _ANY_SPEED = 1e9, 1e150
 _CLEARLY, _AT_BOUND = 2.0, 1e-6  # times the speed from which on fixed steps let a friction turn
 _AT_THE_LIMIT = 1e-6  # of the accelerations that forces balance: as large as errors of the event that told so
@@ -62,7 +63,7 @@ class Holding(LoneFriction):
             taking = self._taking_part(acting, (forces > 0.0) & ~(few > 0.0))
             forces, most, shared = self._evened(here, taking, levels, few)
             accelerations = here.free + here.compliance @ forces
-            sticks, onset = self._sticking(here, taking, levels, forces, most, shared)
+            sticks, onset = self._sticking(here, taking, still, levels, forces, most, shared)
             slipping = still & ~sticks
             if not (slipping & ~(acting & ~taking)[self.n_stops :]).any():
                 break
@@ -116,8 +117,7 @@ class Holding(LoneFriction):
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return forces that do the same, the levels, and whose load frictions in planes share near their limits."""
         none = np.zeros(self.n, dtype=bool)
-        c, slope = levels.linear(here, forces, 1.0)
-        most = c + slope @ forces
+        most = levels.at(here, forces)
         if not len(self.layout.circles):
             return forces, most, none
         given = forces
@@ -131,9 +131,8 @@ class Holding(LoneFriction):
         found = evened(here, levels, forces, movable, self.layout.circles)
         if found is None or found[1] <= 0.0:
             return given, most, none
-        c, slope = levels.linear(here, found[0], 1.0)
         movable[: self.n_stops] = False
-        return found[0], c + slope @ found[0], movable
+        return found[0], levels.at(here, found[0]), movable
 
     def _balanced(
         self, here: LocalDynamics, acting: np.ndarray, forces: np.ndarray, small: np.ndarray
@@ -194,8 +193,7 @@ class Holding(LoneFriction):
                 raise self._without_direction(rows[aimed])
             kept = more
         step, along = self.arrays.fixed_step, self.n_stops + rows
-        c, slope = levels.linear(here, forces, 1.0)
-        stopping = (c + slope @ forces)[rows] * turned.own[along]
+        stopping = levels.at(here, forces)[rows] * turned.own[along]
         beginning = (turned.free + turned.compliance @ (turned.rotation @ forces))[along]
         tolerance = max(float(self.arrays.control[at.RTOL]), _FINEST)
         angles = np.full(len(rows), (6.0 * tolerance) ** (1.0 / 3.0))
@@ -326,27 +324,32 @@ class Holding(LoneFriction):
         self,
         here: LocalDynamics,
         acting: np.ndarray,
+        still: np.ndarray,
         levels: Levels,
         forces: np.ndarray,
         most: np.ndarray,
         shared: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return which of the frictions that act stick, and in which direction the others begin to slide.
+        """Return which of the frictions that act stick, and in which direction others that are `still` begin to slide.
 
         One that is at its limit, but not accelerated, may be about to leave it on either side: it is judged a moment
-        later. So is one that nothing presses yet.
+        later. So is one that nothing presses yet. One that takes no part of the load goes where the body takes it.
         """
         together, able = self.layout.together, most
         own, pulled = forces[self.n_stops :], (here.free + here.compliance @ forces)[self.n_stops :]
         small = UNDECIDED * together(here.sizes_of_free[self.n_stops :])
         waiting = acting[self.n_stops :]
         # A friction that has just begun to slip is at its limit but for round-off.
-        close = np.where(shared[self.n_stops :], AT_LIMIT, 2.0 * LIMIT_ROUNDED)
+        close, loads = np.where(shared[self.n_stops :], AT_LIMIT, 2.0 * LIMIT_ROUNDED), together(np.abs(own))
+        bears = shared[self.n_stops :] & (most > _ROUNDED_LEVEL * most.max(initial=0.0))
+        if (bears & (loads >= (1.0 - AT_LIMIT) * most)).any():
+            # Those that share a load come to its limit at one instant, but for errors in parts of what each can take.
+            close = np.where(shared[self.n_stops :], _WITH_OTHERS, close)
         # Beside forces that are far larger its limit is not known: what is accelerated all the same does not stick.
         terms = (np.abs(here.free) + np.abs(here.compliance) @ np.abs(forces))[self.n_stops :]
         terms += here.own[self.n_stops :] * most
         held = together(np.abs(pulled)) <= np.maximum(small, BALANCED * together(terms))
-        sticks = waiting & held & (together(np.abs(own)) < (1.0 - close) * most)
+        sticks = waiting & held & (loads < (1.0 - close) * most)
         undecided = waiting & ~sticks & (together(np.abs(pulled)) <= small)
         if undecided.any():
             later, forces, most = self._soon(
@@ -359,11 +362,12 @@ class Holding(LoneFriction):
                 sticks |= undecided & self._in_circles & (change <= small)
             own = np.where(undecided, soon, own)
         onset = np.where(own != 0.0, -np.sign(own), np.sign(pulled))
-        begins = waiting & ~sticks & self._in_circles
+        begins = still & ~sticks & self._in_circles
         if begins.any():
             ways = self._onset_in_plane(here, acting, sticks, own, pulled, undecided)
             near = together(np.abs(pulled)) <= _AT_THE_LIMIT * together(here.sizes_of_free[self.n_stops :])
-            self._turn_together(here, acting, sticks, np.where(near, able, -1.0), ways)
+            able = np.where(waiting, np.where(near, able, -1.0), 0.0)
+            self._turn_together(here, np.concatenate([acting[: self.n_stops], sticks]), begins, able, ways)
             onset = np.where(begins, ways, onset)
         return sticks, onset
 
@@ -401,7 +405,9 @@ class Holding(LoneFriction):
 
         A sliding friction is less than one that sticks: its direction follows from what it is then.
         """
-        sliding = self._forces(here, acting, self._levels(sticks))[0][self.n_stops :]
+        sliding = own
+        if (acting[self.n_stops :] & ~sticks).any():
+            sliding = self._forces(here, acting, self._levels(sticks))[0][self.n_stops :]
         most = self._levels(sticks).linear(here, np.zeros(self.n), 1.0)[0]
         found = np.where(undecided | (sliding == 0.0), own, sliding) if most.any() else own
         sizes = self.layout.together(np.abs(found))
@@ -410,20 +416,24 @@ class Holding(LoneFriction):
         return np.where(sizes > 0.0, ways, pulled / np.where(speeds > 0.0, speeds, 1.0))
 
     def _turn_together(
-        self, here: LocalDynamics, acting: np.ndarray, sticks: np.ndarray, able: np.ndarray, ways: np.ndarray
+        self, here: LocalDynamics, held: np.ndarray, begins: np.ndarray, able: np.ndarray, ways: np.ndarray
     ) -> None:
         """Change directions of sliding in planes to those that fit to each other, and to what sticks.
 
         Parameters
         ----------
+        held : ndarray of bool, shape (n,)
+            Stops that bear, frictions that stick.
+        begins : ndarray of bool, shape (number of frictions,)
+            Which begin to slide.
         able : ndarray, shape (number of frictions,) [N]
-            What frictions can take where forces are in balance but for round-off; negative elsewhere.
+            What frictions can take where forces are in balance but for round-off; negative elsewhere, 0 of those that
+            take no part.
         ways : ndarray, shape (number of frictions,)
             The directions.
         """
         circles = self.layout.circles
-        pairs = circles[(acting[self.n_stops :] & ~sticks)[circles[:, 0]]]
-        held = np.concatenate([acting[: self.n_stops], sticks])
+        pairs = circles[begins[circles[:, 0]]]
         held = _independent(here.compliance, [held], np.arange(self.n))
         for pair in pairs:
             only = _only_way(here.compliance, held, self.n_stops + pair)
@@ -472,8 +482,7 @@ class Holding(LoneFriction):
             if not ((here.free + here.compliance @ forces < -small)[: self.n_stops] & out).any():
                 break
         few = self._borne_by_few(here, np.concatenate([landed, still]), levels, forces, same_motion=False)
-        c, slope = levels.linear(here, few, 1.0)
-        return landed | out, few, c + slope @ few, out | ((forces > 0.0) & ~(few > 0.0))[: self.n_stops]
+        return landed | out, few, levels.at(here, few), out | ((forces > 0.0) & ~(few > 0.0))[: self.n_stops]
 
     def _borne_by_few(
         self,
@@ -549,9 +558,8 @@ class Holding(LoneFriction):
         found = evened(here, levels, forces, some, self.layout.circles)
         if found is not None:
             return found[0] if found[1] > -_AT_THE_LIMIT else None
-        c, slope = levels.linear(here, forces, 1.0)
         loads = self.layout.together(np.abs(forces[self.n_stops :]))
-        return forces if (loads <= (1.0 + _AT_THE_LIMIT) * (c + slope @ forces)).all() else None
+        return forces if (loads <= (1.0 + _AT_THE_LIMIT) * levels.at(here, forces)).all() else None
 
     def _about_to_press(
         self, here: LocalDynamics, acting: np.ndarray, weak: np.ndarray, forces: np.ndarray
@@ -572,8 +580,7 @@ class Holding(LoneFriction):
         """Let frictions whose motion others hold already keep the part of the force that they have."""
         if not others.any():
             return
-        c, slope = self._levels(np.zeros_like(others)).linear(here, forces, 1.0)
-        sliding = c + slope @ forces
+        sliding = self._levels(np.zeros_like(others)).at(here, forces)
         # What nothing presses but round-off takes no part of the load: it would be a large one of what presses later.
         bears = sliding > _ROUNDED_LEVEL * sliding.max(initial=0.0)
         shares = -forces[self.n_stops :] / np.where(bears, sliding, np.inf)
