@@ -10,6 +10,7 @@ import numpy as np
 from symgen.runtime.checkpoint_bytes import Checkpoint
 from symgen.runtime.checkpoint_check import ARRAYS_OF_CONTROLLERS, LOOP_ARRAYS, STATES_OF_EVENTS, check
 from symgen.runtime.event_actions import EventLog, EventRecord
+from symgen.runtime.frame_window import pieces
 from symgen.runtime.integrate import layout as at
 
 if TYPE_CHECKING:
@@ -19,19 +20,16 @@ if TYPE_CHECKING:
 def take(run: RunState) -> Checkpoint:
     """Return the checkpoint of a run between two calls of its step loop."""
     arrays, actions = run.arrays, run.actions
-    n = int(arrays.counters[at.NEXT_FRAME])
-    shown = run.shown[:n]
     held = {name: getattr(arrays, name).copy() for name in LOOP_ARRAYS}
     held["guard"] = arrays.guard_memory()
     held["settings"] = np.array(run.forms)
     held["lowest_gaps"] = actions.lowest_gaps
-    all_shown = bool(shown.all())
-    for name, per_frame in (("resets", run.reset_energy_at_frames), ("forms", run.form_at_frames)):
-        held[f"{name}_from"], held[name] = _pieces(per_frame[:n] if all_shown else per_frame[:n][shown])
+    n_frames, held["resets_from"], held["resets"], held["forms_from"], held["forms"] = _of_frames(run)
     times, states, energies, forms = zip(*run.samples) if run.samples else ((), (), (), ())
     held["sample_states"] = np.array(states).reshape(len(times), len(arrays.y))
+    log = list(actions.log)  # records of a long log are made for each look
     for key in STATES_OF_EVENTS:
-        held[key] = np.array([getattr(event, key) for event in actions.log])
+        held[key] = np.array([getattr(event, key) for event in log])
     controllers = []
     for number, controller in enumerate([] if run.inputs is None else run.system.controllers):
         facts, own = controller.memory if hasattr(controller, "memory") else ({}, {})
@@ -44,12 +42,11 @@ def take(run: RunState) -> Checkpoint:
         "method": run.method.name,
         "fallback": run.fallback.name if run.fallback is not None else "",
         "module": run.system.source.functions_hash,
-        "n_frames": int(shown.sum()),
+        "n_frames": n_frames,
         "controllers": controllers,
         "samples": [[float(t), float(energy), int(form)] for t, energy, form in zip(times, energies, forms)],
         "events": [
-            [e.name, e.action, e.t, e.energy_change, e.work if math.isfinite(e.work) else None]
-            for e in actions.log
+            [e.name, e.action, e.t, e.energy_change, e.work if math.isfinite(e.work) else None] for e in log
         ],
         "energy_of_resets": float(actions.energy_of_resets),
         "zeno": actions.zeno.memory,
@@ -142,10 +139,17 @@ def _with_own_limits(stored: np.ndarray, mine: np.ndarray) -> np.ndarray:
     return control
 
 
-def _pieces(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return where a value other than the one before begins, and these values."""
-    begins = np.flatnonzero(np.append(True, values[1:] != values[:-1])) if len(values) else np.zeros(0, int)
-    return begins, values[begins]
+def _of_frames(run: RunState) -> tuple[int, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return how many frames that were asked for the run has passed, and the pieces of resets and forms at them."""
+    n = int(run.arrays.counters[at.NEXT_FRAME])
+    new = slice(n) if run.window is None else run.window.untaken(n)
+    shown, resets, forms = run.shown[new], run.reset_energy_at_frames[new], run.form_at_frames[new]
+    if not shown.all():
+        resets, forms = resets[shown], forms[shown]
+    if run.window is None:
+        return len(resets), *pieces(resets), *pieces(forms)
+    before = run.window
+    return before.resets.n + len(resets), *before.resets.with_more(resets), *before.forms.with_more(forms)
 
 
 def _held_values(begins: np.ndarray, values: np.ndarray, n: int) -> np.ndarray:

@@ -257,25 +257,43 @@ class Run(RunState):
     def _advance(self, stop: float, n_steps: int, *, keep_log: bool = False) -> int:
         """Advance to `stop` [s], by `n_steps` at most; returns the status of the loop."""
         wanted = self.stops[0]
-        watch = wanted if wanted < stop else np.inf
+        watch = min(wanted if wanted < stop else np.inf, self._end_of_frames)
         if self._in_code is not None and (self._in_code.in_both_forms or not self.actions.is_held):
             status = self._in_code.advance(self.actions, stop, n_steps, watch, keep_log=keep_log)
         else:
             status = self.arrays.advance(stop, n_steps, watch=watch, keep_log=keep_log)
-        return status if status != at.NEAR_WATCH else self._step_past(stop)
+        if status != at.NEAR_WATCH:
+            return status
+        if wanted <= watch:
+            return self._step_past(stop)
+        self._move_frames()
+        return at.RUNNING
+
+    @property
+    def _end_of_frames(self) -> float:
+        """The last frame that there is room for [s]; inf where that is the last one of the run."""
+        return np.inf if self.window is None else self.window.end
+
+    def _move_frames(self) -> None:
+        """Make room for the frames to come."""
+        self._collect()
+        self.window.move(self)
 
     def _step_past(self, stop: float) -> int:
         """Take one step, and the states that it passes: by steps beside it, since those of the run must not change."""
         arrays = self.arrays
         self._collect_steps()
-        if self._has_changes():  # samples and checkpoints hold what is done by now
-            self._hand_on_events()
+        self._hand_on()  # samples and checkpoints hold what is done by now
         before, checkpoint = arrays.state(), self._before_the_end()
-        status = arrays.advance(stop, 1)
+        status = arrays.advance(stop, 1, watch=self._end_of_frames)
+        if status == at.NEAR_WATCH:
+            self._move_frames()
+            return at.RUNNING
         if status < 0 and self.fallback is None:
             # What the run would meet behind the time that is wanted, or behind its end, is none of its business.
             arrays.restore(before)
-            return arrays.advance(min(stop, self.stops[0]), _STEPS_ASIDE)
+            status = arrays.advance(min(stop, self.stops[0]), _STEPS_ASIDE, watch=self._end_of_frames)
+            return status if status != at.NEAR_WATCH else at.RUNNING
         t = arrays.t
         passed = list(
             itertools.takewhile(lambda x: t > x and (status == at.EVENT or not self._same(t, x)), self.stops)
@@ -348,10 +366,7 @@ class Run(RunState):
     def _collect(self) -> None:
         arrays = self.arrays
         self._collect_steps()
-        if self._has_changes():
-            self._hand_on_events()
-        else:
-            self._hand_on_frames()
+        self._hand_on()
         if arrays.counters[at.STIFF_COUNT] >= _STIFF_SIGNS and not self.stiff_noted:
             self.stiff_noted = True
             self.notes.append(
@@ -360,6 +375,13 @@ class Run(RunState):
             )
         if self.progress is not None:
             self.progress(arrays.t, int(arrays.counters[at.STEPS]))
+
+    def _hand_on(self) -> None:
+        """Hand on frames, and what machine code has acted on between them."""
+        if self._has_changes():
+            self._hand_on_events()
+        else:
+            self._hand_on_frames()
 
     def _has_changes(self) -> bool:
         """Whether machine code has acted on events that nobody has been told of."""
@@ -438,10 +460,12 @@ class Run(RunState):
     def energy_error(self) -> float:
         """Return the present error of T + V - work since the start, in parts of what the motion exchanged so far."""
         arrays = self.arrays
-        resets = self.actions.energy_of_resets - self.reset_energy_at_frames[0]
-        return energy_error_so_far(
-            self.system, arrays, int(arrays.counters[at.NEXT_FRAME]), arrays.t, arrays.y, resets
-        )
+        if self.window is None:
+            frames, n, at_start = arrays, int(arrays.counters[at.NEXT_FRAME]), self.reset_energy_at_frames[0]
+        else:
+            frames, n, at_start = self.window.so_far(self)
+        resets = self.actions.energy_of_resets - at_start
+        return energy_error_so_far(self.system, frames, n, arrays.t, arrays.y, resets)
 
     def _work(self) -> float:
         n = self.system.nq + self.system.nv

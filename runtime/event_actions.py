@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import bisect
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -229,11 +230,18 @@ def tell(recorder: Any, event: EventRecord) -> None:
     recorder.event(event.name, event.t, energy_change=event.energy_change)
 
 
+_MOST_MADE = 10_000  # events up to which records that somebody has looked at are kept
+
+
 class EventLog(Sequence):
-    """The events of a run; rows that machine code has written become records when somebody looks at them."""
+    """The events of a run; rows that machine code has written become records when somebody looks at them.
+
+    A record takes ten times the memory of its row: in a long log, it is made anew for each look.
+    """
 
     def __init__(self, events: Iterable[EventRecord] = ()):
         self._parts: list[list[EventRecord] | _Rows] = [list(events)]
+        self._begins = [0]  # of the parts
         self._n = len(self._parts[0])
 
     def append(self, event: EventRecord) -> None:
@@ -243,15 +251,19 @@ class EventLog(Sequence):
     def extend(self, events: Iterable[EventRecord]) -> None:
         """Add events."""
         if not isinstance(self._parts[-1], list):
-            self._parts.append([])
+            self._begin([])
         before = len(self._parts[-1])
         self._parts[-1].extend(events)
         self._n += len(self._parts[-1]) - before
 
     def extend_by_rows(self, system: System, rows: np.ndarray) -> None:
         """Add events as `integrate/plain_events.py` and `plain_frictions.py` log them; rows must stay as they are."""
-        self._parts.append(_Rows(system, rows))
+        self._begin(_Rows(system, rows, keeps=self._n < _MOST_MADE))
         self._n += len(rows)
+
+    def _begin(self, part: list[EventRecord] | _Rows) -> None:
+        self._parts.append(part)
+        self._begins.append(self._n)
 
     @property
     def times(self) -> np.ndarray:
@@ -272,11 +284,8 @@ class EventLog(Sequence):
         k = which + self._n if which < 0 else which
         if not 0 <= k < self._n:
             raise IndexError(f"event {which} of {self._n}")
-        for part in self._parts:
-            if k < len(part):
-                return part[k]
-            k -= len(part)
-        raise IndexError(f"event {which} of {self._n}")
+        part = bisect.bisect_right(self._begins, k) - 1
+        return self._parts[part][k - self._begins[part]]
 
     def __eq__(self, other: object) -> bool:
         return list(self) == list(other) if isinstance(other, (EventLog, list, tuple)) else NotImplemented
@@ -295,16 +304,16 @@ def event_times(events: Sequence[EventRecord]) -> np.ndarray:
 
 
 class _Rows(Sequence):
-    """Logged rows as records."""
+    """Logged rows as records, which are made once where it `keeps` them."""
 
-    def __init__(self, system: System, rows: np.ndarray):
+    def __init__(self, system: System, rows: np.ndarray, *, keeps: bool):
         n_own = len(system.events) - len(system.switches)
         self._kinds = [
             (event["name"], event["action"] if k < n_own else "impact")
             for k, event in enumerate(system.events)
         ]
         self._nq, self._n, self._rows = system.nq, system.nq + system.nv, rows
-        self._made: dict[int, EventRecord] = {}
+        self._made: dict[int, EventRecord] | None = {} if keeps else None
 
     def __len__(self) -> int:
         return len(self._rows)
@@ -316,6 +325,8 @@ class _Rows(Sequence):
     def __getitem__(self, k: int) -> EventRecord:
         if not 0 <= k < len(self._rows):
             raise IndexError(k)
+        if self._made is None:
+            return self._record(k)
         if k not in self._made:
             self._made[k] = self._record(k)
         return self._made[k]

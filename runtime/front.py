@@ -104,6 +104,7 @@ def solve(
     split: bool | None = None,
     max_step: Quantity | None = None,
     breaks: Sequence[Quantity] = (),
+    keep: str = "all",
 ) -> Solution:
     """Integrate a model from `t_start` to `t_end`; what each option says: `symgen.runtime.RunOptions`.
 
@@ -143,6 +144,7 @@ def solve(
         split=split,
         max_step=max_step,
         breaks=breaks,
+        keep=keep,
     )
     return Solution.of(simulation.simulate(system, asked), asked)
 

@@ -481,6 +481,22 @@ class LoopArrays:
             k += 1
         self.counters[at.NEXT_FRAME] = k
 
+    def show_frames(self, times: np.ndarray) -> None:
+        """Go on with other frames behind the first one, which the run has passed [s]."""
+        self.frame_times[1 : 1 + len(times)] = times
+        self.frame_times[1 + len(times) :] = np.inf
+        self.counters[at.NEXT_FRAME] = 1
+
+    def make_room_for_frames(self, n: int) -> None:
+        """Let there be n frames; those that there are stay."""
+        more = n - len(self.frame_times)
+        self.frame_times = np.append(self.frame_times, np.full(more, np.inf))
+        self.frames = np.vstack([self.frames, np.zeros((more, self.frames.shape[1]))])
+        # All that machine code has been told of these arrays is told anew.
+        self._other_forms.clear()
+        self._last_generation += 1
+        self._bound, self.generation = None, self._last_generation
+
     def guard_arrays(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the arrays that the guard of a constrained model reads; without one, empty ones."""
         if not hasattr(self._keep[0], "arrays"):

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.frame_grid import MOST_KEPT, FrameGrid, before_end, frames_of, most_kept
 from symgen.runtime.lazy import Late
 from symgen.runtime.record import record
 from symgen.runtime.size import more_than_memory
@@ -25,7 +26,8 @@ Quantity = float | str  # an SI value, or text such as "20 deg"
 SMALLEST_RTOL = 1e-15  # a few units of the last digit
 _TIMES, _LISTS_OF_TIMES = ("t_end", "t_start", "step", "max_step"), ("at", "breaks", "t_eval")
 _FPS = 60.0
-_LEAST_FRAMES, _MOST_FRAMES = 200, 20_000
+_LEAST_FRAMES, _MOST_FRAMES = 200, MOST_KEPT
+KEEPS = ("all", "checked")
 _FEWEST_CHECKED = 16  # where an event has ended a run early
 _EARLY = np.ravel(
     0.5 ** np.arange(1, 21)[:, None] * np.arange(9, 17) / 8.0
@@ -87,6 +89,11 @@ class RunOptions:
     breaks : sequence of float [s]
         Times that steps land on, and behind which the step is chosen anew: where something changes that no error
         estimate can see before. What the model does at times of its own is found without being named.
+    keep : str
+        Which frames the solution has: "all", or "checked", which are no more than checks look at, 20 000 at most (fewer
+        of large models), evenly thinned, and those at which energies and residuals are largest. The memory of a run
+        then does not grow with the number of its frames, all of which a recorder is given; it copies what it keeps,
+        as the arrays are used again. Runs that are split into subsystems keep all.
 
     Raises
     ------
@@ -115,6 +122,7 @@ class RunOptions:
     split: bool | None = None
     max_step: Quantity | None = None
     breaks: Sequence[Quantity] = ()
+    keep: str = "all"
 
     def __post_init__(self):
         for name in _TIMES:
@@ -142,6 +150,8 @@ class RunOptions:
             raise RuntimeModelError(
                 f"max_steps is {self.max_steps}: allow at least one step, or leave it out"
             )
+        if self.keep not in KEEPS:
+            raise RuntimeModelError(f"keep is {self.keep!r}: give one of {', '.join(KEEPS)}")
         if self.fps is not None and self.t_eval is not None:
             raise RuntimeModelError("fps and t_eval both say which frames there are: give one of them")
         if self.fps is not None and not (np.isfinite(self.fps) and self.fps > 0.0):
@@ -234,14 +244,36 @@ class RunOptions:
         filled = _filling(t_start, t_end)
         if self.t_eval is not None:
             return _filled_up(np.unique([t_start, *self.t_eval, t_end]), filled)
+        self._refuse_more_than_memory(n_numbers)
+        wanted = frames_of(t_start, fps, 0, int(np.floor(span * fps * (1.0 + 1e-12))) + 1)
+        wanted = np.append(before_end(wanted, t_start, t_end), t_end)
+        return _filled_up(wanted, filled)
+
+    def frame_grid(self, n_numbers: int) -> FrameGrid | None:
+        """Return all frames, where no more of them are kept than checks look at; None where all of them are.
+
+        Raises
+        ------
+        RuntimeModelError
+            Nobody takes them, and memory could not hold them.
+        """
+        if self.keep == "all":
+            return None
+        none, ends, most = np.zeros(0), (self.t_start, self.t_end), most_kept(n_numbers)
+        if self.fps is None:
+            times, _ = self.frame_times(n_numbers)
+            return FrameGrid(*ends, None, times, none) if len(times) > most + 1 else None
+        if self.recorder is None:
+            self._refuse_more_than_memory(n_numbers)  # a slip: nothing is made of so many
+        return FrameGrid(*ends, self.fps, none, none) if self.span * self.fps > most else None
+
+    def _refuse_more_than_memory(self, n_numbers: int) -> None:
+        span, fps = self.span, self.fps
         if needed := more_than_memory(8.0 * span * fps * (n_numbers + _BESIDE_FRAMES)):
             raise RuntimeModelError(
                 f"fps is {fps:g}: {span:g} s make {span * fps:.1e} frames, which {needed}: give a smaller fps, "
                 "or a shorter run"
             )
-        wanted = t_start + np.arange(int(np.floor(span * fps * (1.0 + 1e-12))) + 1) / fps
-        wanted = np.append(wanted[wanted < t_end - 1e-9 * span], t_end)
-        return _filled_up(wanted, filled)
 
 
 @functools.lru_cache(maxsize=8)
@@ -276,9 +308,14 @@ def _among(times: np.ndarray, others: np.ndarray) -> np.ndarray:
 
 def with_early_frames(times: np.ndarray, shown: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return frames with others, not to be shown, ever more closely towards the start: an event may end a run early."""
-    joined = np.sort(np.concatenate([times, times[0] + (times[-1] - times[0]) * _EARLY]))
+    joined = np.sort(np.concatenate([times, early_times(times[0], times[-1])]))
     joined = joined[np.diff(joined, prepend=-np.inf) > 0.0]
     return joined, _among(joined, times[shown])
+
+
+def early_times(t_start: float, t_end: float) -> np.ndarray:
+    """Return times ever more closely towards the start of a run [s]."""
+    return t_start + (t_end - t_start) * _EARLY
 
 
 def checked_frames(times: np.ndarray, shown: np.ndarray, t_start: float, t_end: float) -> np.ndarray:

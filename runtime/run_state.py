@@ -11,6 +11,7 @@ from symgen.runtime.event_actions import EventActions
 
 if TYPE_CHECKING:
     from symgen.runtime.checkpoint_bytes import Checkpoint
+    from symgen.runtime.frame_window import FrameWindow
     from symgen.runtime.inputs.schedule import InputSchedule
     from symgen.runtime.integrate.methods import Method
     from symgen.runtime.loop_arrays import LoopArrays
@@ -45,6 +46,8 @@ class RunState:
         Keeps inputs over time.
     timetable : symgen.runtime.timing.timetable.Timetable, optional
         Other times to land on, and limits of the step.
+    window : symgen.runtime.frame_window.FrameWindow, optional
+        Moves the frames of `arrays` on, where these are not all of the run.
     """
 
     def __init__(
@@ -61,7 +64,9 @@ class RunState:
         fallback: Method | None = None,
         inputs: InputSchedule | None = None,
         timetable: Timetable | None = None,
+        window: FrameWindow | None = None,
     ):
+        self.window = window
         self.fallback, self.inputs, self.timetable = fallback, inputs, timetable
         self.system, self.method, self.arrays, self.shown = system, method, arrays, shown
         self.stops = list(stops)

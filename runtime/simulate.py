@@ -18,20 +18,23 @@ from symgen.runtime.driver import Run
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.kept_arrays import borrow, give_back, load
 from symgen.runtime.lazy import Late
-from symgen.runtime.options import SMALLEST_RTOL, RunOptions, with_early_frames
+from symgen.runtime.options import SMALLEST_RTOL, RunOptions, early_times, with_early_frames
 from symgen.runtime.record import record
 from symgen.runtime.remembered import LARGEST, remembered
 from symgen.runtime.summary import summarise
 from symgen.runtime.timing.timetable import make_timetable
 
 if TYPE_CHECKING:
+    from symgen.runtime.frame_grid import FrameGrid
     from symgen.runtime.integrate.methods import Method
     from symgen.runtime.loop_arrays import LoopArrays
     from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
+    from symgen.runtime.timing.timetable import Timetable
 
 constrained = Late("symgen.runtime.constraints.assembly")
 drive = Late("symgen.runtime.inputs.drive")
+frame_window = Late("symgen.runtime.frame_window")
 given = Late("symgen.runtime.inputs.given")
 schedule = Late("symgen.runtime.inputs.schedule")
 start_conditions = Late("symgen.runtime.constraints.start_conditions")
@@ -101,7 +104,9 @@ class _Opening:
     rtol : float
         Not below round-off.
     times, shown : ndarray, shape (n,)
-        Times of frames [s], and whether the user asked for them.
+        Times of frames [s], and whether the user asked for them; of the first ones, where there is a `grid`.
+    grid : FrameGrid or None
+        All frames, where they are too many to be held at once.
     timetable : Timetable or None
     level : float [J]
         The energy that rates are scaled to; nan: they are not.
@@ -118,6 +123,7 @@ class _Opening:
     rtol: float
     times: np.ndarray
     shown: np.ndarray
+    grid: FrameGrid | None
     timetable: Any
     level: float
     is_moved: bool
@@ -166,12 +172,17 @@ def simulate(system: System, options: RunOptions, choice: Choice | None = None) 
             "at": [float(t) for t in options.at], "redundant": list(opening.redundant), "notes": notes,
         }  # fmt: skip
         recorder = options.recorder_for(system, opening.p, method.name, choice.treatment, asked)
+    window = None
+    if opening.grid is not None:
+        window = frame_window.FrameWindow(system, opening.grid)
+        window.first()
+        arrays.home = None  # their frames are not those of the next run
     run = Run(
-        system, method, arrays, opening.shown, options.stops,
+        system, method, arrays, opening.shown if window is None else opening.shown.copy(), options.stops,
         recorder=recorder, progress=options.progress, max_steps=options.max_steps,
         fallback=METHODS[EXPLICIT] if options.method == "auto" and method.name == SERIES else None,
         inputs=_schedule(system, arrays, method, options.t_start) if opening.is_moved else None,
-        timetable=timetable,
+        timetable=timetable, window=window,
     )  # fmt: skip
     prepared = time.perf_counter()
     load(arrays, opening)
@@ -290,12 +301,9 @@ def _open(system: System, options: RunOptions, choice: Choice | None, began: flo
         choice = choose(system, p, state, options, form)
     notes += choice.notes
     timetable = make_timetable(system, p, choice.method, options)
-    times, shown = options.frame_times(system.ny)
     if timetable is not None:
         notes += timetable.notes
-        times, shown = timetable.with_frames(times, shown)
-    if any(event["action"] == "terminate" for event in system.events):
-        times, shown = with_early_frames(times, shown)
+    times, shown, grid = _frames(system, options, timetable, options.frame_grid(system.ny))
     wanted, method = options.energy_scaling, choice.method
     level = remembered(
         system,
@@ -303,9 +311,26 @@ def _open(system: System, options: RunOptions, choice: Choice | None, began: flo
         lambda: choose_energy_level(wanted, system, method, p, options.t_start, state),
     )
     return _Opening(
-        system, p, state, assembly.redundant, notes, choice, options.rtol, times, shown, timetable, level,
+        system, p, state, assembly.redundant, notes, choice, options.rtol, times, shown, grid, timetable, level,
         bool(moving),
     )  # fmt: skip
+
+
+def _frames(
+    system: System, options: RunOptions, timetable: Timetable | None, grid: FrameGrid | None
+) -> tuple[np.ndarray, np.ndarray, FrameGrid | None]:
+    """Return the frames of a run and which of them were asked for; of a `grid` the first ones, and the whole of it."""
+    ends_early = any(event["action"] == "terminate" for event in system.events)
+    if grid is None:
+        times, shown = options.frame_times(system.ny)
+        if timetable is not None:
+            times, shown = timetable.with_frames(times, shown)
+        return *(with_early_frames(times, shown) if ends_early else (times, shown)), None
+    if timetable is not None:
+        grid = grid.with_more(timetable.in_pulses(grid.t_start, grid.t_end, grid.spacing))
+    if ends_early:
+        grid = grid.with_more(early_times(grid.t_start, grid.t_end))
+    return *frame_window.FrameWindow(system, grid).first(), grid
 
 
 def found_parameters(system: System, p: np.ndarray, options: RunOptions) -> tuple[np.ndarray, list[str]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -29,3 +30,13 @@ def more_than_memory(n_bytes: float) -> str:
     if n_bytes <= _OF_MEMORY * there:
         return ""
     return f"need {n_bytes / 2**30:.3g} GiB, and this machine has {there / 2**30:.3g}"
+
+
+def more_than_disk(n_bytes: float, folder: Path) -> str:
+    """Return how much a file needs and there is left where it is to lie, if that is less; else nothing."""
+    try:
+        there = os.statvfs(folder)
+    except (AttributeError, OSError):  # not on every system
+        return ""
+    left = there.f_bavail * there.f_frsize
+    return f"need {n_bytes / 2**30:.3g} GiB, and {left / 2**30:.3g} are left there" if n_bytes > left else ""

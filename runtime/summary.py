@@ -16,6 +16,7 @@ from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.methods import find_method
 from symgen.runtime.lazy import Late
 from symgen.runtime.options import checked_frames
+from symgen.runtime.passed_frames import Frames
 from symgen.runtime.solution import ConstraintResidual, Energy, Sample, Solution
 
 if TYPE_CHECKING:
@@ -67,9 +68,11 @@ def summarise(
     """
     system, p = run.system, run.arrays.p.copy()
     run.actions.note_gaps()
-    times, rows, resets, shown = _collected(run)
-    times, rows = times.copy(), rows.copy()  # the arrays serve the next run
-    forms = _forms(run, len(times)) if run.forms else None
+    passed = _collected(run)
+    times, rows, resets, shown = passed.t, passed.y, passed.resets, passed.shown
+    forms = contact_forms.Forms(np.array(run.forms), passed.forms) if run.forms else None
+    if run.window is not None:
+        notes = [*notes, *run.window.note(len(times))]
     work = resets + (rows[:, system.nq + system.nv] if system.nw else 0.0)
     wanted = set(map(float, sample_times))
     sampled = [entry for entry in run.samples if entry[0] in wanted]
@@ -204,25 +207,21 @@ def _jumps(run: RunState) -> list[EventRecord]:
     return [event for event in run.actions.log if event.action not in ("record", "terminate")]
 
 
-def _collected(run: RunState) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return times, states, energy of resets, and whether to show them, of all frames that the run reached."""
-    arrays, n = run.arrays, int(run.arrays.counters[at.NEXT_FRAME])
-    times, rows, shown = arrays.frame_times[:n], arrays.frames[:n], run.shown[:n]
-    resets = run.reset_energy_at_frames[:n]
+def _collected(run: RunState) -> Frames:
+    """Return all frames that the run reached, or what is kept of them; copies, as the arrays serve the next run."""
+    if run.window is None:
+        rows = slice(int(run.arrays.counters[at.NEXT_FRAME]))
+        found = Frames(
+            run.arrays.frame_times, run.arrays.frames, run.reset_energy_at_frames, run.form_at_frames, run.shown
+        )[rows]  # fmt: skip
+    else:
+        found = run.window.kept(run)
     if run.last is None:
-        return times, rows, resets, shown
+        return found
     t, y = run.last
-    return (
-        np.append(times, t),
-        np.vstack([rows, y]),
-        np.append(resets, run.actions.energy_of_resets),
-        np.append(shown, True),
-    )
-
-
-def _forms(run: RunState, n: int) -> Forms:
-    index = np.append(run.form_at_frames[: int(run.arrays.counters[at.NEXT_FRAME])], len(run.forms) - 1)
-    return contact_forms.Forms(np.array(run.forms), index[:n])
+    resets, form = run.actions.energy_of_resets, max(len(run.forms) - 1, 0)
+    last = Frames(np.array([t]), y[None], np.array([resets]), np.array([form]), np.array([True]))
+    return Frames.joined([found, last])
 
 
 def _samples(

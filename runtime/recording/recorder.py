@@ -22,6 +22,7 @@ from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.lazy import Late
 from symgen.runtime.recording import schema
 from symgen.runtime.recording.recording import Quantities, Settings
+from symgen.runtime.size import more_than_disk
 from symgen.runtime.uninterrupted import uninterrupted
 
 if TYPE_CHECKING:
@@ -69,6 +70,8 @@ class Batch:
             for first in range(0, len(t), _ROWS):
                 rows = slice(first, first + _ROWS)
                 writer.frames(t[rows], y[rows], resets[rows], settings[rows])
+                if first + _ROWS < len(t):
+                    writer.flush()  # else all that is encoded of them waits at once
         if self.events:
             writer.events(self.events)
         if self.steps:
@@ -130,6 +133,7 @@ _FREE_CHECKPOINTS = (
     1 << 20
 )  # bytes of checkpoints that are written in any case; later, at most as many as of states
 _LARGEST_CHECKPOINT = 1 << 28  # a larger one is not written
+_LEAST_OF_NUMBER = 4.0  # bytes of a number of a state, packed
 _MOST_LOGS = 256  # pieces of it that wait as they are
 _MOST_STEPS = 500  # a longer piece of the step log is shown by as many pairs of smallest and largest step
 
@@ -186,6 +190,7 @@ class RunRecorder:
         content: str = schema.ALL,
     ):
         self.path = writable(Path(path))
+        _refuse_more_than_disk(self.path, system.ny, options or {})
         self._of = Quantities(system, p)
         if self._of.p.shape != (system.n_p,):
             raise ValueError(
@@ -419,6 +424,19 @@ def writable(path: Path) -> Path:
     if not existed:
         path.unlink()  # a run that fails at its start leaves no empty file
     return path
+
+
+def _refuse_more_than_disk(path: Path, ny: int, options: dict[str, Any]) -> None:
+    """Refuse frames of which not even the states would find room: who asks for these has made a slip."""
+    fps = options.get("fps")
+    if not fps:
+        return
+    span = options["t_end"] - options["t_start"]
+    if needed := more_than_disk(_LEAST_OF_NUMBER * ny * span * fps, path.parent):
+        raise RuntimeModelError(
+            f"{path}: fps is {fps:g}: {span:g} s make {span * fps:.1e} frames, which {needed}: give a smaller fps, or "
+            "a shorter run"
+        )
 
 
 def _thinned(log: np.ndarray) -> np.ndarray:

@@ -128,6 +128,7 @@ class Joined:
         )  # fmt: skip
         self.step_log: Any = None
         self.timetable: Timetable | None = None
+        self.window = None  # all frames are there
         self.status, self.message = "success", ""
         self.n_frames = 0
         self._told = 0  # events that were handed on

@@ -145,17 +145,20 @@ class Timetable:
 
         What a pulse gives and takes is part of what the motion exchanges: the energy balance is judged by that.
         """
-        spacing = (times[-1] - times[0]) / (len(times) - 1)
-        begin, longest = self.step_limits.begin, self.step_limits.longest
-        end = np.append(begin[1:], times[-1])
-        short = np.isfinite(longest) & (end - begin < _LONG_PULSE * spacing)
-        pulses = np.flatnonzero(short)[:_MOST_PULSES]
-        if not len(pulses):
+        inside = self.in_pulses(times[0], times[-1], (times[-1] - times[0]) / (len(times) - 1))
+        if not len(inside):
             return times, shown
-        inside = begin[pulses] + (end - begin)[pulses] * np.arange(1, _IN_PULSE)[:, None] / _IN_PULSE
-        inside = inside[(inside > times[0]) & (inside < times[-1])]
         joined = np.union1d(times, inside)
         return joined, np.isin(joined, times[shown])
+
+    def in_pulses(self, t_start: float, t_end: float, spacing: float) -> np.ndarray:
+        """Return times in pulses that fall between frames of a spacing [s]."""
+        begin, longest = self.step_limits.begin, self.step_limits.longest
+        end = np.append(begin[1:], t_end)
+        short = np.isfinite(longest) & (end - begin < _LONG_PULSE * spacing)
+        pulses = np.flatnonzero(short)[:_MOST_PULSES]
+        inside = begin[pulses] + (end - begin)[pulses] * np.arange(1, _IN_PULSE)[:, None] / _IN_PULSE
+        return inside[(inside > t_start) & (inside < t_end)]
 
 
 def _times(times: np.ndarray) -> str:

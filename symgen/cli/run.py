@@ -129,6 +129,8 @@ def command(
         asked, derived = with_control(path, system, options_of(system, given)), module.seconds
         if no_energy_scaling:
             asked = replace(asked, energy_scaling=False)
+        if csv_file is None and parquet_file is None:
+            asked = replace(asked, keep="checked")  # nothing else has a row for each frame
         if no_split:
             asked = replace(asked, split=False)
         target = None if no_log else log_file or claim("the recording", Path(f"{system.name}.rrd"))
