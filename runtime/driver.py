@@ -57,7 +57,9 @@ class Run(RunState):
         if not self.arrays.n_events:
             return None
         given = self.system, self.method, self.arrays
-        if events_in_code.has_plain_events(self.system):
+        if events_in_code.has_plain_events(self.system) or events_in_code.has_impacts_beside_constraints(
+            self.system, self.arrays
+        ):
             return events_in_code.EventsInCode(*given)
         if jumps_in_code.has_plain_jumps(self.system, self.arrays):
             return jumps_in_code.JumpsInCode(*given)

@@ -25,8 +25,10 @@ from symgen.runtime.integrate.plain_events import (
     FIRST_STATE,
     LED,
     NEXT_FRAME,
+    ON_CONSTRAINTS,
     PLAINLY,
     ROUND_OFF,
+    SINGULAR_MASS,
     SURELY_SEEN,
     TIME,
     add_change,
@@ -48,7 +50,6 @@ SLIPS, STICKS, TURNS, STRIKES = range(4)  # what becomes of a friction, or a sto
 NOT_KNOWN, GOES_ON, OTHER_SETTINGS = range(3)  # what `act` has done
 # As in `contact/instant.py`, `event_actions.py`.
 UNDECIDED, BALANCED, ROUNDED, LIMIT_ROUNDED, LITTLE = 1e-9, 1e-6, 1e-13, 1e-10, 1e-7
-ON_CONSTRAINTS = 4.0  # times round-off: `event_actions._PROJECTION_NOISE`
 ANGLE = -1  # in `groups`: a coordinate whose size is 1
 
 
@@ -387,7 +388,7 @@ def find_dynamics(t, y, nv, own):
     call_kernel(own.addresses[GAMMA], t, y, own.everything, own.gamma)
     for i in range(nv):
         own.inertia[i] = own.mass[i * nv + i]
-    if not factor(nv, own.mass):
+    if not factor(nv, own.mass, SINGULAR_MASS):
         return False
     solve(nv, own.mass, own.rates)
     for i in range(n):
