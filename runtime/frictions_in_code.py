@@ -109,7 +109,7 @@ class FrictionsInCode:
         self._keep += free[1], held[1]
         self._call = call_block(here.advance_over_frictions, free[0], held[0], self._own)
 
-    def _look(self) -> tuple[Loop, CallBlock, np.ndarray, int, tuple[np.ndarray, np.ndarray]]:
+    def _look(self) -> tuple[Loop, CallBlock, np.ndarray, int, tuple[np.ndarray, ...]]:
         """The loop of the form that the arrays have, its call, its limits of steps, its number, its guard's arrays."""
         arrays = self._arrays
         limits = arrays.control[[at.H_BASE, at.H_SHARE]]
@@ -133,7 +133,7 @@ class FrictionsInCode:
         nq, nv, n, ne = system.nq, system.nv, closed.m, len(system.events)
         n_stops, first = layout.n_stops, system.n_settable
         groups, largest = _groups(system, arrays.p)
-        context, weights = held[4]
+        context, weights, _ = held[4]  # what is let go of has no curve
         own = here.Frictions(
             addresses=addresses, free_block=free[1].block, held_block=held[1].block, result=np.zeros(1),
             p=arrays.p, everything=arrays.p.copy(), closed=first + layout.closed, stuck=first + layout.stuck,

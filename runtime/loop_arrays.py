@@ -481,10 +481,10 @@ class LoopArrays:
             k += 1
         self.counters[at.NEXT_FRAME] = k
 
-    def guard_arrays(self) -> tuple[np.ndarray, np.ndarray]:
+    def guard_arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the arrays that the guard of a constrained model reads; without one, empty ones."""
         if not hasattr(self._keep[0], "arrays"):
-            return np.zeros(0, dtype=np.int64), np.zeros(0)
+            return np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0)
         return self._keep[0].arrays
 
     def guard_memory(self) -> np.ndarray:
