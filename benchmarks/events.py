@@ -6,9 +6,9 @@ compiled right-hand side.
 
 Then that of changes of stick and slip, of impacts beside friction, and of forces that jump or have a kink, each with
 the motion up to it: by how much a run takes longer that has more of them. Impacts, resets and jumps beside an input of
-two pieces a second are among them, and impacts on which Python acts: those of a stop that stays closed for a while, and
-of a constrained model. Last, what each further piece of an input costs beside such events, with its step; at the ends
-of pieces that are held, forces jump.
+two pieces a second are among them, and those of a stop that stays closed for a while, and of a constrained model. Last,
+what each further piece of an input costs beside such events, with its step; at the ends of pieces that are held, forces
+jump.
 """
 
 from __future__ import annotations
@@ -68,10 +68,12 @@ x = "FORCE"
 """
 _INPUT = "[inputs]\nu = {}\n"
 _RESTING = """
+[parameters]
+M = "1 kg"
 [coordinates]
-x = { start = 0.1 }
+x = { unit = "m", start = 0.1 }
 [energy]
-kinetic = "dot(x)^2/2"
+kinetic = "M*dot(x)^2/2"
 [forces]
 x = "-1 + 1.5*cos(t)"
 [stops.wall]

@@ -34,6 +34,7 @@ frictions_in_code = Late("symgen.runtime.frictions_in_code")
 jumps_in_code = Late("symgen.runtime.jumps_in_code")
 
 _FRAMES_AT_ONCE = 1000
+_FEW_FORMS = 2  # of a model with stops; the arrays of both cost what two events do
 _FIRST_STEPS = 200
 _SECONDS_PER_CALL = 0.1
 _STIFF_SIGNS = 15
@@ -57,13 +58,29 @@ class Run(RunState):
         if not self.arrays.n_events:
             return None
         given = self.system, self.method, self.arrays
-        if events_in_code.has_plain_events(self.system):
+        if events_in_code.has_plain_events(self.system) or events_in_code.has_impacts_beside_constraints(
+            self.system, self.arrays
+        ):
             return events_in_code.EventsInCode(*given)
         if jumps_in_code.has_plain_jumps(self.system, self.arrays):
             return jumps_in_code.JumpsInCode(*given)
         if frictions_in_code.has_plain_frictions(*given):
             return frictions_in_code.FrictionsInCode(*given)
         return None
+
+    def _act_in_both_forms(self) -> None:
+        """Let machine code close and open stops as well, once some have stayed closed."""
+        given = self.system, self.method, self.arrays
+        stops_alone = len(self.system.events) == len(self.system.switches)
+        if (
+            self._in_code is None
+            or self._in_code.in_both_forms
+            or len(self.forms) <= _FEW_FORMS
+            or not stops_alone
+        ):
+            return
+        if frictions_in_code.has_plain_frictions(*given):
+            self._in_code = frictions_in_code.FrictionsInCode(*given)
 
     def go(self) -> None:
         """Run to the end, to a terminating event, to a failure, or until Ctrl-C."""
@@ -72,6 +89,7 @@ class Run(RunState):
             if not self.is_resumed:
                 with uninterrupted():
                     self._begin()
+            self._act_in_both_forms()
             if hasattr(self.progress, "watch"):
                 self.progress.watch(self)
             self._loop()
@@ -482,6 +500,7 @@ class Run(RunState):
         self._note_form(settings)
         self.arrays.p[self.system.settings_of_switches] = settings
         self.arrays.change_form(self.actions.form, self.method, held=switching.any_held)
+        self._act_in_both_forms()
         if self.inputs is not None:
             self.inputs.take_new_arrays(self.actions.form, self.arrays.t)
 

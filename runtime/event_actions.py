@@ -27,7 +27,13 @@ if TYPE_CHECKING:
 after_reset = Late("symgen.runtime.constraints.nearest_point")
 switching = Late("symgen.runtime.contact.switching")
 
-_OF_FRICTIONS = ("slip", "stick", "turn", "impact")  # as `integrate/plain_frictions.py` numbers them
+_OF_FRICTIONS = (
+    "slip",
+    "stick",
+    "turn",
+    "impact",
+    "release",
+)  # as `integrate/plain_frictions.py` numbers them
 _PERTURBATION = 4.0 * np.finfo(float).eps
 _PROJECTION_NOISE = 4.0  # states on constraints carry the round-off of the projection as well
 _CLEAR = 8.0  # times round-off: a flight that high is surely seen

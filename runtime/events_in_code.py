@@ -8,6 +8,7 @@ import numpy as np
 
 from symgen.runtime.code.call_block import CallBlock, call_block
 from symgen.runtime.graph.spelling import reset_function
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate import plain_events as here
 from symgen.runtime.loop_arrays import DIRECTIONS
 
@@ -38,6 +39,21 @@ def has_plain_events(system: System) -> bool:
     )
 
 
+def has_impacts_beside_constraints(system: System, arrays: LoopArrays) -> bool:
+    """Whether machine code can act on impacts of a run with constraints: no quaternions, frictions, jumps of forces.
+
+    Nor may rates be scaled to a level of energy, which impacts change.
+    """
+    return (
+        bool(system.m and system.switches)
+        and not system.jumps
+        and system.nq == system.nv
+        and system.nv + system.m <= _LARGEST
+        and all(switch["kind"] == "stop" for switch in system.switches)
+        and bool(np.isnan(arrays.control[at.ENERGY_LEVEL]))
+    )
+
+
 def make_after(
     system: System, method: Method, arrays: LoopArrays, block: CallBlock
 ) -> tuple[here.After, object]:
@@ -61,30 +77,34 @@ def make_after(
     kernels = [system.kernel(name) for name in named.values()]
     for place, kernel in zip(named, kernels):
         addresses[place] = kernel.precomputed_address
-    everything, switches_at, n_residual = np.zeros(0), np.zeros(0, dtype=np.int64), 0
+    everything, n_rows, n_residual = np.zeros(0), 0, 0
+    switches_at, gaps, constraints = (np.zeros(0, dtype=np.int64) for _ in range(3))
     if n_stops:
         closed = system.closed
         for place, name in _OF_CLOSED:
             kernels.append(closed.kernel(name))
             addresses[place] = kernels[-1].address
         switches_at = np.array(list(closed.switched.values()), dtype=np.int64)
-        everything, n_residual = arrays.p.copy(), closed.nh + closed.m
+        gaps = np.array(list(closed.switched), dtype=np.int64)
+        constraints = np.setdiff1d(np.arange(closed.m), gaps)
+        everything, n_rows, n_residual = arrays.p.copy(), closed.m, closed.nh + closed.m
         everything[switches_at] = 1.0
-    n, nv, ne = system.nq + system.nv, system.nv, len(system.events)
+    n, nv, ne, m = system.nq + system.nv, system.nv, len(system.events), len(constraints)
+    noise = here.ROUND_OFF * (here.ON_CONSTRAINTS if system.m else 1.0)
     after = here.After(
         addresses=addresses, block=block.block, result=np.zeros(1),
         actions=np.array([ACTIONS[event["action"]] for event in own], dtype=np.int64),
         directions=np.array([DIRECTIONS[event["direction"]] for event in own], dtype=np.int64), everything=everything,
-        switches_at=switches_at,
-        sums=np.array([0.0, np.nan, 0.0]), intervals=np.zeros(here.MOST_INTERVALS),
+        switches_at=switches_at, gaps=gaps, constraints=constraints,
+        sums=np.array([0.0, np.nan, 0.0, noise]), intervals=np.zeros(here.MOST_INTERVALS),
         counts=np.array([0, 0, method.adaptive, system.events_may_jump], dtype=np.int64),
         lowest=np.full(n_stops, np.inf),
         log=np.zeros((_ROWS if ne else 0, here.FIRST_STATE + 2 * n + 1)), before=np.zeros(n), slope=np.zeros(n),
         moved=np.zeros(n), row=np.zeros(system.n_row),
         values=np.zeros(ne), g=np.zeros(ne), floor=np.zeros(ne), other=np.zeros(ne),
-        energy=np.zeros(2), switches=np.zeros(2 * n_stops), jacobian=np.zeros(n_stops * nv),
-        residual=np.zeros(n_residual),
-        gamma=np.zeros(n_stops), mass=np.zeros(nv * nv), response=np.zeros(nv), forces=np.zeros(nv),
+        energy=np.zeros(2), switches=np.zeros(2 * n_stops), jacobian=np.zeros(n_rows * nv),
+        residual=np.zeros(n_residual), gamma=np.zeros(n_rows), mass=np.zeros(nv * nv), response=np.zeros(nv),
+        forces=np.zeros(nv), reached=np.zeros(nv), held=np.zeros(m * nv), gram=np.zeros(m * m), multipliers=np.zeros(m),
     )  # fmt: skip
     return after, kernels
 
@@ -95,7 +115,7 @@ class EventsInCode:
     Parameters
     ----------
     system : System
-        `has_plain_events` of it.
+        `has_plain_events` or `has_impacts_beside_constraints` of it.
     method : Method
     arrays : LoopArrays
     """
@@ -147,7 +167,7 @@ class EventsInCode:
         if handed is not None and energy is handed[0] and lowest is handed[1] and memory == handed[2]:
             return
         after, (last, *intervals) = self._after, memory
-        after.sums[:] = energy, np.nan if last is None else last, np.nan
+        after.sums[: here.NOISE] = energy, np.nan if last is None else last, np.nan
         after.intervals[: len(intervals)] = intervals
         after.counts[here.N_LOG], after.counts[here.N_INTERVALS] = 0, len(intervals)
         after.lowest[:] = lowest

@@ -1,4 +1,4 @@
-"""Frictions of a run that machine code acts on: its arrays, and what Python's records take over from them."""
+"""Frictions and stops of a run that machine code acts on: its arrays, and what Python's records take over from them."""
 
 from __future__ import annotations
 
@@ -33,9 +33,12 @@ _OF_HELD = (
 
 
 def has_plain_frictions(system: System, method: Method, arrays: LoopArrays) -> bool:
-    """Whether machine code can act on frictions of a run: lines of given size, free but for them and stops."""
+    """Whether machine code can act on frictions of a run: lines of given size, free but for them and stops.
+
+    So it does on stops alone, which may stay closed.
+    """
     return (
-        any(switch["kind"] == "friction" for switch in system.switches)
+        bool(system.switches)
         and not (system.m or system.quaternions or system.jumps or system.input_descriptions)
         and system.nq == system.nv <= _LARGEST
         and not len(Layout(system).circles)
@@ -109,7 +112,7 @@ class FrictionsInCode:
         self._keep += free[1], held[1]
         self._call = call_block(here.advance_over_frictions, free[0], held[0], self._own)
 
-    def _look(self) -> tuple[Loop, CallBlock, np.ndarray, int, tuple[np.ndarray, np.ndarray]]:
+    def _look(self) -> tuple[Loop, CallBlock, np.ndarray, int, tuple[np.ndarray, ...]]:
         """The loop of the form that the arrays have, its call, its limits of steps, its number, its guard's arrays."""
         arrays = self._arrays
         limits = arrays.control[[at.H_BASE, at.H_SHARE]]
@@ -133,7 +136,7 @@ class FrictionsInCode:
         nq, nv, n, ne = system.nq, system.nv, closed.m, len(system.events)
         n_stops, first = layout.n_stops, system.n_settable
         groups, largest = _groups(system, arrays.p)
-        context, weights = held[4]
+        context, weights, _ = held[4]  # what is let go of has no curve
         own = here.Frictions(
             addresses=addresses, free_block=free[1].block, held_block=held[1].block, result=np.zeros(1),
             p=arrays.p, everything=arrays.p.copy(), closed=first + layout.closed, stuck=first + layout.stuck,
@@ -142,7 +145,7 @@ class FrictionsInCode:
             limits=np.array([free[2], held[2]]), groups=groups, largest=largest, context=context, weights=weights,
             steps=np.array(random_steps(nv)), places=quaternion_places(system), position=np.zeros(nq + nv),
             rows=np.zeros(n * nv), squares=np.zeros(n), sizes=largest.copy(),
-            log=np.zeros((_ROWS, here.FIRST_STATE + 2 * (nq + nv) + 2 + 2 * (n - n_stops))),
+            log=np.zeros((_ROWS, here.FIRST_STATE + 2 * (nq + nv) + 2 + 2 * n - n_stops)),
             lowest=np.full(n_stops, np.inf), before=np.zeros(nq + nv), moved=np.zeros(nq + nv), slope=np.zeros(nq + nv),
             free_row=np.zeros(system.n_row), held_row=np.zeros(closed.n_row),
             values=np.zeros(ne), g=np.zeros(ne), floor=np.zeros(ne), other=np.zeros(ne), energy=np.zeros(2),
@@ -187,10 +190,15 @@ class FrictionsInCode:
         self.changes.append((before, rows[:, here.NEXT_FRAME].astype(int), sums, settings, is_new))
 
     def _settings(self, rows: np.ndarray) -> np.ndarray:
-        """Return the settings of frictions behind each event, shape (n, number of settings)."""
-        layout, n = Layout(self._system), len(self._own.stuck)
+        """Return the settings behind each event, shape (n, number of settings)."""
+        layout, n, n_stops = Layout(self._system), len(self._own.stuck), len(self._own.closed)
         settings = np.zeros((len(rows), layout.n_settings))
-        settings[:, layout.stuck], settings[:, layout.sense] = rows[:, -2 * n : -n], rows[:, -n:]
+        stuck, sense, closed = np.split(rows[:, rows.shape[1] - 2 * n - n_stops :], [n, 2 * n], axis=1)
+        settings[:, layout.stuck], settings[:, layout.sense], settings[:, layout.closed] = (
+            stuck,
+            sense,
+            closed,
+        )
         return settings
 
     def take_changes(self) -> tuple[float, np.ndarray, np.ndarray, list[np.ndarray | None]]:

@@ -497,10 +497,10 @@ class LoopArrays:
         self._last_generation += 1
         self._bound, self.generation = None, self._last_generation
 
-    def guard_arrays(self) -> tuple[np.ndarray, np.ndarray]:
+    def guard_arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the arrays that the guard of a constrained model reads; without one, empty ones."""
         if not hasattr(self._keep[0], "arrays"):
-            return np.zeros(0, dtype=np.int64), np.zeros(0)
+            return np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0)
         return self._keep[0].arrays
 
     def guard_memory(self) -> np.ndarray:

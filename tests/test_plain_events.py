@@ -71,6 +71,30 @@ when = "x - 0.3"
 then = "record"
 """
 
+PENDULUM = """
+name = "pendulum"
+[coordinates]
+x1 = { start = 0.6 }
+y1 = { start = -0.8 }
+x2 = { start = 2.0 }
+y2 = { guess = -2.0 }
+[energy]
+kinetic = "dot(x1)^2/2 + dot(y1)^2/2 + dot(x2)^2 + dot(y2)^2"
+potential = "9.81*y1 + 19.62*y2"
+[constraints]
+first = "x1^2 + y1^2 - 1"
+second = "(x2 - x1)^2 + (y2 - y1)^2 - 2.25"
+[stops.wall]
+gap = "x1 + 0.1"
+restitution = 0.9
+[stops.other]
+gap = "x2 + 0.4*y1 + 0.3"
+restitution = 0.95
+[events.mark]
+when = "y2 + 2"
+then = "record"
+"""
+
 
 def system(text):
     return Model.from_toml(text).derive()
@@ -80,6 +104,7 @@ def both(monkeypatch, model, t_end, **options):
     """The run by Python alone, and the run with machine code."""
     with monkeypatch.context() as patch:
         patch.setattr(events_in_code, "has_plain_events", lambda _: False)
+        patch.setattr(events_in_code, "has_impacts_beside_constraints", lambda *_: False)
         by_python = model.run(t_end, **options)
     return by_python, model.run(t_end, **options)
 
@@ -244,6 +269,59 @@ def test_several_stops_and_coupled_masses(monkeypatch, method):
     np.testing.assert_allclose(in_code.w, by_python.w, atol=1e-6)
     assert in_code.energy.max_error < 1e-5
     assert in_code.ok
+
+
+def counted(monkeypatch):
+    """How many events machine code acts on, a number for each call."""
+    acted = []
+    monkeypatch.setattr(
+        EventsInCode, "_take_over", lambda self, actions, n: acted.append(n) or take_over(self, actions, n)
+    )
+    return acted
+
+
+@pytest.mark.parametrize("method", ["taylor", "dop853"])
+def test_impacts_beside_constraints(monkeypatch, method):
+    """Impulses keep the lengths of both rods, as they do in Python by singular values."""
+    acted = counted(monkeypatch)
+    by_python, in_code = both(monkeypatch, system(PENDULUM), 3.0, method=method, rtol=1e-10, atol=1e-12)
+    events = in_code.events
+    assert sum(acted) == len(events) == len(by_python.events)
+    assert [e.name for e in events] == [e.name for e in by_python.events]
+    assert {e.name for e in events} == {"wall", "other", "mark"}
+    np.testing.assert_allclose([e.t for e in events], [e.t for e in by_python.events], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(in_code.states, by_python.states, rtol=0, atol=1e-7)
+    for event in events:
+        (x1, y1, x2, y2), (u1, w1, u2, w2) = event.q_after, event.v_after
+        assert abs(x1 * u1 + y1 * w1) < 1e-12
+        assert abs((x2 - x1) * (u2 - u1) + (y2 - y1) * (w2 - w1)) < 1e-12
+        rate = {"wall": lambda v: v[0], "other": lambda v: v[2] + 0.4 * v[1]}.get(event.name)
+        if rate is not None:
+            e = {"wall": 0.9, "other": 0.95}[event.name]
+            assert rate(event.v_after) == pytest.approx(-e * rate(event.v_before), rel=1e-12)
+    assert in_code.energy.max_error < 1e-9
+    assert in_code.ok
+
+
+def test_rates_of_angles_have_the_impacts_of_constrained_ones(monkeypatch):
+    """The same pendulum in its angles, without constraints: another form, mass matrix and set of rates."""
+    acted = counted(monkeypatch)
+    of_points = system(PENDULUM).run(3.0, method="dop853", rtol=1e-11, atol=1e-13)
+    assert sum(acted) == len(of_points.events)
+    model = Model("pendulum_by_angles")
+    a = model.coordinate("a", start=np.arctan2(-0.8, 0.6))
+    b = model.coordinate("b", start=-np.arccos(1.4 / 1.5))
+    x1, y1 = symgen.cos(a), symgen.sin(a)
+    x2, y2 = x1 + 1.5 * symgen.cos(b), y1 + 1.5 * symgen.sin(b)
+    velocity = [symgen.dot(e) for e in (x1, y1, x2, y2)]
+    model.kinetic(sum(m * v**2 for m, v in zip((0.5, 0.5, 1.0, 1.0), velocity)))
+    model.potential(9.81 * y1 + 19.62 * y2)
+    model.stop("wall", x1 + 0.1, restitution=0.9)
+    model.stop("other", x2 + 0.4 * y1 + 0.3, restitution=0.95)
+    of_angles = model.derive().run(3.0, method="dop853", rtol=1e-11, atol=1e-13)
+    times = [e.t for e in of_points.events if e.name != "mark"]
+    np.testing.assert_allclose(times, [e.t for e in of_angles.events], rtol=0, atol=1e-8)
+    assert len(times) >= 3
 
 
 def test_heights_are_those_of_the_closed_form():

@@ -56,6 +56,36 @@ restitution = 1
 when = "x - y"
 then = "record"
 """
+RESTING = """
+name = "resting"
+[parameters]
+M = "1 kg"
+k = "30 N/m"
+far = "1 m"
+low = "0.1 m"
+g = "9.81 m/s^2"
+push = "14 N"
+belt = "7 m/s"
+rub = "0.02 N"
+[coordinates]
+x = { unit = "m", start = 0.3, rate = 1.0 }
+y = { unit = "m", start = 1.0 }
+[energy]
+kinetic = "M*(dot(y)^2/2 + dot(x)^2/2*(1 + 0.3*sin(y/far)^2) + 0.2*dot(x)*dot(y))"
+potential = "M*g*y + k/2*(x - 3*low)^2"
+[forces]
+y = "push*sin(1.3*t)"
+[stops.floor]
+gap = "y + low*sin(3*x/far)"
+restitution = 0.4
+[stops.wall]
+gap = "6*low - x"
+"""
+RUBBING = """
+[friction.a]
+speed = "dot(y) - belt"
+force = "rub"
+"""
 OSCILLATOR = """
 name = "oscillator"
 [parameters]
@@ -162,6 +192,36 @@ def test_coupled_frictions_and_stops(monkeypatch, method):
     np.testing.assert_allclose(
         [event.work for event in in_code.events], [event.work for event in by_python.events], atol=1e-6
     )
+
+
+@pytest.mark.parametrize("text", [RESTING, RESTING + RUBBING], ids=["stops", "friction"])
+def test_stops_that_stay_closed_for_a_while(monkeypatch, text):
+    """A mass on a rough floor is pushed up and falls again, beside a wall: impacts, rest and release."""
+    by_python, in_code, acted = both(monkeypatch, system(text), 30.0, method="dop853", rtol=1e-10, atol=1e-12)
+    told = [(event.name, event.action) for event in in_code.events]
+    assert told == [(event.name, event.action) for event in by_python.events]
+    actions = [action for _, action in told]
+    assert actions.count("release") >= 5 and actions.count("impact") > 100
+    # At first, and where the wall is struck beside a floor that is closed.
+    assert len(acted) < 0.13 * len(told)
+    times = [[event.t for event in run.events] for run in (in_code, by_python)]
+    np.testing.assert_allclose(*times, rtol=0, atol=1e-7)
+    np.testing.assert_allclose(in_code.states, by_python.states, rtol=0, atol=1e-7)
+    np.testing.assert_array_equal(in_code.forms.index, by_python.forms.index)
+    np.testing.assert_array_equal(in_code.forms.settings, by_python.forms.settings)
+    np.testing.assert_allclose(in_code.lowest_gaps, by_python.lowest_gaps, rtol=0, atol=1e-4)
+    assert in_code.ok == by_python.ok
+
+
+def test_a_stop_lets_go_when_its_load_does():
+    """Closed without a rebound where the mass comes to it, open when the push is what weighs on it."""
+    text = RESTING.replace("0.4", "0").replace("low*sin(3*x/far)", "0*x").replace("0.2*dot", "0*dot")
+    run = system(text).run(30.0, method="taylor", rtol=1e-12, start={"x": 0.3}, rate={"x": 0.0})
+    releases = [event.t for event in run.events if event.action == "release"]
+    first = np.arcsin(9.81 / 14.0) / 1.3
+    turns = np.round((np.array(releases) - first) * 1.3 / (2.0 * np.pi))
+    assert len(releases) >= 4
+    np.testing.assert_allclose(releases, first + turns * 2.0 * np.pi / 1.3, rtol=0, atol=1e-10)
 
 
 @pytest.mark.parametrize("text", [TWO, TWO + STOPS], ids=["frictions", "stops"])

@@ -317,6 +317,80 @@ def test_accelerations_next_to_a_change_point(distance):
         )
 
 
+def beside_a_dead_point(distance: float, off: float = 0.0) -> np.ndarray:
+    """The crank so far before the vertical, at 8 rad/s, on its curve but for `off`."""
+    theta, w = math.pi / 2 - distance, 8.0
+    q = np.array([theta, -theta, 0.6 * math.cos(theta)]) + off * np.array([0.3, -0.7, 0.5])
+    return np.concatenate([q, [w, -w, -0.6 * math.sin(theta) * w]])
+
+
+def closed_form(theta: float, w: float) -> np.ndarray:
+    """Accelerations of crank, rod and piston by the energy in the crank's angle."""
+    inertia = 0.3**2 * (0.25 + 2.25 * math.sin(theta) ** 2 + 0.25 * math.cos(theta) ** 2) + 15e-3
+    inertia += (0.6 * math.sin(theta)) ** 2
+    a = -(0.3**2 * 2.0 + 0.36) * math.sin(theta) * math.cos(theta) * w**2 / inertia
+    return np.array([a, -a, -0.6 * (math.sin(theta) * a + math.cos(theta) * w**2)])
+
+
+def rows_of(guard, states):
+    system = equal_slider_crank()
+    p, row = system.precomputed(system.parameter_values()), np.zeros(system.n_row)
+    for y in states:
+        call_kernel(np.uint64(guard.rhs), 0.0, np.ascontiguousarray(y), p, row)
+        yield row.copy()
+
+
+def guard_near_a_dead_point():
+    system = equal_slider_crank()
+    guard, p = lease_guard(system), system.parameter_values()
+    guard.expect(p, 0.0, np.array([0.5, -0.5, 0.6 * math.cos(0.5)]))
+    projected = np.zeros(6 + system.nh + system.m)
+    call_kernel(
+        np.uint64(guard.project), 0.0, beside_a_dead_point(0.05), system.precomputed(p), projected
+    )  # sees that a singular place is near
+    return guard
+
+
+def test_a_curve_through_a_dead_point_is_as_accurate_as_round_off_lets_it_be():
+    """Its places are found once; they lie so far from the pole that 1e-13 of the squared speed is left of it."""
+    guard = guard_near_a_dead_point()
+    distances = [0.015, 1e-2, 1e-3, 1e-5, 0.0, -1e-4, -2e-2, -3e-2]
+    for off in (0.0, 1e-9):
+        states = [beside_a_dead_point(d, off) for d in distances]
+        for d, row in zip(distances, rows_of(guard, states)):
+            expected = closed_form(math.pi / 2 - d, 8.0)
+            np.testing.assert_allclose(row[3:6], expected, rtol=0, atol=64.0 * (3e-13 + 10.0 * off))
+
+
+def test_a_guard_goes_on_along_the_curve_of_another():
+    """As a run does that is resumed: what it knows of the branch has the same bits. One that forgets lays its own."""
+    one, other = guard_near_a_dead_point(), guard_near_a_dead_point()
+    (first,) = rows_of(one, [beside_a_dead_point(0.01)])
+    other.memory = one.memory
+    onwards = [beside_a_dead_point(d) for d in (3e-3, -1e-2)]
+    of_one = list(rows_of(one, onwards))
+    np.testing.assert_array_equal(list(rows_of(other, onwards)), of_one)
+    other.memory = guard_near_a_dead_point().memory
+    own = list(rows_of(other, onwards))
+    assert (np.array(own) != np.array(of_one)).any()
+    np.testing.assert_allclose([row[3:6] for row in own], [row[3:6] for row in of_one], rtol=0, atol=1e-10)
+    assert first[3:6] == pytest.approx(closed_form(math.pi / 2 - 0.01, 8.0), abs=1e-10)
+
+
+def test_a_run_through_dead_points_does_not_depend_on_who_watches_or_prepares_it():
+    system = equal_slider_crank()
+    options = {"method": "dop853", "rtol": 1e-9, "atol": 1e-9}
+    alone = system.run(1.5, **options)
+    watched = system.run(1.5, at=list(np.linspace(0.1, 1.4, 14)), fps=300, **options)
+    np.testing.assert_array_equal(watched.states[-1], alone.states[-1])
+    np.testing.assert_array_equal(watched.step_log, alone.step_log)
+    prepared = system.prepare(1.5, start=["theta"], output=[0.4, 0.8, 1.5], **options)
+    for theta in (0.5, 0.3, 0.5):  # nothing is left of the run before
+        states = prepared(y0=[theta])
+        at = system.run(1.5, start={"theta": theta}, at=[0.4, 0.8], **options)
+        np.testing.assert_array_equal(states[-1], at.states[-1])
+
+
 def test_ten_loops_pass_their_change_points():
     """All turn over together, through two singular configurations in a turn; energy gives the speed."""
     run = windows().run(t_end=2.0, method="dop853", rtol=1e-9, atol=1e-12, fps=50)

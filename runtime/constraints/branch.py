@@ -437,13 +437,8 @@ def is_on_branch(context, t, b, p, weights):
     Returns the rank, and leaves the factor behind, at the tolerance ON_BRANCH; 0 where it does not fit.
     """
     nq, nv, nh, m = context[NQ], context[NV], context[NH], context[M]
-    if weights.shape[0] == 0:
+    if weights.shape[0] == 0 or not fits_positions(context, t, b, p, weights):
         return 0
-    scales = weights[m * nv :]
-    call_kernel(np.uint64(context[CONSTRAINT_RESIDUAL]), t, b.place, p, b.residual)
-    for i in range(nh):
-        if not abs(b.residual[i]) * scales[i] <= _ROUND_OFF:
-            return 0
     rank, ratio, _ = factor(context, t, b, p, weights, ON_BRANCH)
     velocity, speed = 0.0, 0.0
     for i in range(m):
@@ -451,6 +446,17 @@ def is_on_branch(context, t, b, p, weights):
     for i in range(nv):
         speed += (b.mass[i, i] * b.place[nq + i]) ** 2
     return rank if velocity**2 * ratio <= _ROUND_OFF**2 * speed else 0
+
+
+@jitted
+def fits_positions(context, t, b, p, weights):
+    """Whether q fits the constraints as well as round-off lets it; the residual stays in its buffer."""
+    scales = weights[context[M] * context[NV] :]
+    call_kernel(np.uint64(context[CONSTRAINT_RESIDUAL]), t, b.place, p, b.residual)
+    for i in range(context[NH]):
+        if not abs(b.residual[i]) * scales[i] <= _ROUND_OFF:
+            return False
+    return True
 
 
 @jitted

@@ -19,6 +19,7 @@ from symgen.runtime.code import engine
 from symgen.runtime.code.jitted import DISABLE_JIT
 from symgen.runtime.constraints import branch, refinement, robust_path
 from symgen.runtime.constraints import guard_code as at
+from symgen.runtime.constraints.curve import curve_size
 from symgen.runtime.constraints.dependence import usual_rank
 from symgen.runtime.constraints.guard_code import guard_ir
 from symgen.runtime.constraints.levels import Constraints
@@ -108,8 +109,11 @@ class Lease:
             self._guard.always_slow()
 
     @property
-    def arrays(self) -> tuple[np.ndarray, np.ndarray]:
-        """The context of the guard (`branch.py`) and its weights; whoever writes there says what `expect` says."""
+    def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The context of the guard (`branch.py`), its weights, and its curve (`curve.py`).
+
+        Whoever writes there says what `expect` says, and forgets the curve.
+        """
         return self._guard.arrays
 
     @property
@@ -140,18 +144,26 @@ def lease_guard(system: System) -> Lease:
     return Lease(system, free, guard)
 
 
+def _may_be_a_curve(system: System) -> bool:
+    """Whether the positions that constraints allow may be a curve that stays where it is: these alone tell."""
+    stays = not (system.switched or system.structure["time_dependent"])
+    return stays and system.nq == system.nv and system.nh == system.m >= system.nv - 1
+
+
 class _Guard:
     """Trampolines, and all that they point to."""
 
     def __init__(self, system: System):
         self._kernels = {key: system.kernel(key) for key in (*_USED, "project")}
         self._context = self._make_context(system)
-        self._weights = np.zeros(n_weights(system))
+        n = n_weights(system)
+        self._carried = np.zeros(n + (curve_size(system.nq) if n and _may_be_a_curve(system) else 0))
+        self._weights, self._curve = self._carried[:n], self._carried[n:]
         self._rows = np.zeros(system.m * system.nv if len(self._weights) else 0)
         self._order = np.zeros(system.m, dtype=np.int64)
         self._work = np.zeros(0)
         self._n_work = int(_plain(branch.work_size)(system.nq, system.nv, system.nh, system.m, system.nw))
-        ir = guard_ir(system, len(self._context), len(self._weights), self._n_work)
+        ir = guard_ir(system, len(self._context), len(self._carried), self._n_work)
         code = engine.object_code(engine.cache_key(ir), "guard", "guard", lambda _: (ir, 0))
         self._code = engine.MachineCode()
         self.rhs = self._code.add(code, "guarded_rhs")
@@ -178,18 +190,18 @@ class _Guard:
         for (_, slot, _), stand_in in zip(at.PATHS.values(), self._stand_ins):
             self._table[slot] = ctypes.cast(stand_in, ctypes.c_void_p).value
         for slot, array in (
-            (at.CONTEXT, self._context), (at.WEIGHTS, self._weights), (at.ORDER, self._order), (at.ROWS, self._rows)
+            (at.CONTEXT, self._context), (at.WEIGHTS, self._carried), (at.ORDER, self._order), (at.ROWS, self._rows)
         ):  # fmt: skip
             self._table[slot] = array.ctypes.data
 
     @property
-    def arrays(self) -> tuple[np.ndarray, np.ndarray]:
-        """The context and the weights."""
-        return self._context, self._weights
+    def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The context, the weights, and the curve of the branch (`curve.py`), empty where it is none."""
+        return self._context, self._weights, self._curve
 
     def forget(self) -> None:
-        """Take every row of G for as large as it gets."""
-        self._weights[:] = _ANY_ROW_IS_LARGE
+        """Take every row of G for as large as it gets, and know no curve."""
+        self._weights[:], self._curve[:] = _ANY_ROW_IS_LARGE, 0.0
         self._context[[branch.NEAR_SINGULAR, branch.ILL_CONDITIONED, branch.USUAL_RANK]] = 0
 
     def always_slow(self) -> None:
@@ -198,19 +210,19 @@ class _Guard:
 
     def expect(self, weights: np.ndarray, near_singular: bool, ill_conditioned: bool, rank: int) -> None:
         """Take the sizes of rows by `weights`, from `row_weights`, and the rank of G where it is not singular."""
-        self._weights[:] = weights
+        self._weights[:], self._curve[:] = weights, 0.0
         self._context[branch.USUAL_RANK] = rank
         self._context[branch.ILL_CONDITIONED] = ill_conditioned
         self._context[branch.NEAR_SINGULAR] = near_singular or ill_conditioned
 
     @property
     def memory(self) -> np.ndarray:
-        """The weights of rows, and whether a singular configuration was near."""
-        return np.append(self._weights, float(self._context[branch.NEAR_SINGULAR]))
+        """The weights of rows, the curve of the branch, and whether a singular configuration was near."""
+        return np.append(self._carried, float(self._context[branch.NEAR_SINGULAR]))
 
     @memory.setter
     def memory(self, values: np.ndarray) -> None:
-        self._weights[:], self._context[branch.NEAR_SINGULAR] = values[:-1], int(values[-1])
+        self._carried[:], self._context[branch.NEAR_SINGULAR] = values[:-1], int(values[-1])
 
     def _first_call(self, name: str, t: float, y: int, p: int, out: int) -> None:
         """Stand in for the compiled path until it is first needed."""
@@ -222,7 +234,7 @@ class _Guard:
                 self._work = np.zeros(self._n_work)
                 self._table[at.WORK] = self._work.ctypes.data
             path = _PATHS[name]
-            arguments = (self._context, t, *arrays, self._weights, self._order, self._work)
+            arguments = (self._context, t, *arrays, self._carried, self._order, self._work)
             if not DISABLE_JIT:
                 native, slot, called = at.PATHS[name]
                 self._table[native] = path.compiled(*arguments).address

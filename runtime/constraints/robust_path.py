@@ -8,7 +8,9 @@ Accelerations so close to a singular configuration that round-off would decide t
 
 At the distance d from such a configuration, round-off of the positions makes accelerations uncertain by 1e-16/d³. On
 the branch itself they are a smooth function of the way along it, through the configuration and beyond. So they are
-taken at places before and behind, with the velocity that the state's becomes there, and interpolated.
+taken at places before and behind, with the velocity that the state's becomes there, and interpolated. The branch of a
+mechanism of one freedom is a curve, which all of a passage has in common: its places are found once, and from there on
+accelerations follow from how it bends and from the forces along it, which no pole is in (`curve.py`).
 """
 
 from __future__ import annotations
@@ -24,11 +26,13 @@ from symgen.runtime.constraints.branch import (
     ENERGY,
     FORCES,
     GAMMA,
+    MASS_MATRIX,
     NEAR_SINGULAR,
     NH,
     NQ,
     NV,
     NW,
+    ON_BRANCH,
     RANK_TOLERANCE,
     RHS,
     TIME_DEPENDENT,
@@ -37,6 +41,7 @@ from symgen.runtime.constraints.branch import (
     buffers,
     factor,
     fill,
+    fits_positions,
     is_on_branch,
     least_pivot,
     make_unit,
@@ -46,6 +51,7 @@ from symgen.runtime.constraints.branch import (
     truncated,
     velocity_step,
 )
+from symgen.runtime.constraints.curve import FARTHEST, INNER_PLACES, PLACES, curve_in, fit, follow
 from symgen.runtime.integrate.loop import copy
 
 # Ratios of pivots are (c d)²: at this distance interpolation begins, at the others its nearest place is, at most and at
@@ -59,6 +65,9 @@ _ROUND_OFF = (
 _FARTHEST = 0.1  # of characteristic sizes: the distance between places at most
 _SAME_SIDE = 0.1  # by how much a distance may differ from the mean of its neighbours if all lie on one side
 _SMOOTH = 1e-9  # of size times speed squared: by how much ten places and the inner eight of them may differ
+_SAME_WAY = 0.5  # of the velocity at the centre: what a place of the curve has of it
+_ACROSS = 1e-2  # of the kinetic energy: what goes across a curve has another branch
+_OFF_CURVE = 1e-3  # of characteristic sizes: states that are as far off are for the branch at large
 # Lagrange's, for the middle of ten places, -5 to -1 and 1 to 5, and what is left of it without those of eight places.
 _WEIGHTS = (5.0 / 6.0, -10.0 / 21.0, 5.0 / 28.0, -5.0 / 126.0, 1.0 / 252.0)
 _OF_EIGHT = (1.0 / 30.0, -8.0 / 105.0, 9.0 / 140.0, -8.0 / 315.0, 1.0 / 252.0)
@@ -99,7 +108,10 @@ def accelerations_beside(context, t, b, p, weights, rank):
         narrow = clear * _NEARER < _CLEAR
         spacing = ((_CLEAR if narrow else clear) + here) / slope
         if spacing * speed <= _FARTHEST:
-            difference = _interpolate(context, t, b, p, weights, spacing)
+            if _may_have_curve(context, weights):
+                difference = _lay_curve(context, t, b, p, weights, spacing)
+            else:
+                difference = _interpolate(context, t, b, p, weights, spacing)
             if difference <= _SMOOTH * speed**2 or (narrow and math.isfinite(difference)):
                 break
         if narrow:
@@ -110,8 +122,135 @@ def accelerations_beside(context, t, b, p, weights, rank):
         for i in range(nv):
             if abs(b.total[i] - b.direct[i]) > explained * sizes[i]:
                 copy(b.direct, b.total)
-                break
+                return True
+    if _may_have_curve(context, weights):
+        _curve(context, weights).known[0] = 1.0
     return True
+
+
+@jitted
+def _may_have_curve(context, weights):
+    """Whether the branch is a curve: `kkt` has seen to an array for one, and there is one freedom."""
+    m, nv = context[M], context[NV]
+    return context[USUAL_RANK] == nv - 1 and weights.shape[0] > m * nv + m + nv
+
+
+@jitted
+def _curve(context, weights):
+    """The curve, of which there may be one."""
+    m, nv = context[M], context[NV]
+    return curve_in(weights[m * nv + m + nv :], nv)
+
+
+@jitted
+def _lay_curve(context, t, b, p, weights, spacing):
+    """Lay the curve through places `spacing` [s] apart, and write accelerations at the centre to `b.total`.
+
+    Returns
+    -------
+    float
+        As `_interpolate` of the inner places.
+    """
+    nq, m, curve = context[NQ], context[M], _curve(context, weights)
+    sizes, square = weights[m * nq + m :], 0.0
+    curve.known[0] = 0.0
+    copy(b.centre[:nq], curve.centre)
+    copy(b.centre[nq:], b.along)  # another spacing has left its tangent there
+    for i in range(nq):
+        curve.functional[i] = b.along[i] / sizes[i] ** 2
+        square += b.along[i] * curve.functional[i]
+    for i in range(nq):
+        curve.functional[i] /= square * spacing
+    for k in range(PLACES):
+        shift = (1.0 if k % 2 else -1.0) * (k // 2 + 1) * spacing
+        if not _moved_along(context, t, b, p, weights, shift):
+            return math.inf
+        rank, _, _ = factor(context, t, b, p, weights, ON_BRANCH)  # that of `move_to_branch` is a step older
+        velocity_step(context, t, b, p, rank)
+        x, rate = 0.0, 0.0
+        for i in range(nq):
+            x += curve.functional[i] * (b.place[i] - curve.centre[i])
+            rate += curve.functional[i] * b.place[nq + i]
+        if not rate * spacing > _SAME_WAY:
+            return math.inf
+        curve.nodes[2 * k] = curve.nodes[2 * k + 1] = x
+        for i in range(nq):
+            curve.coefficients[2 * k, i] = b.place[i] - curve.centre[i]
+            curve.coefficients[2 * k + 1, i] = b.place[nq + i] / rate
+    fit(curve)
+    follow(curve, INNER_PLACES, 0.0, b.moved[:nq], b.along, b.eight)
+    copy(b.centre, b.place)
+    follow(curve, PLACES, 0.0, b.moved[:nq], b.along, b.total)
+    difference = 0.0
+    for i in range(nq):
+        difference = max(difference, abs(b.total[i] - b.eight[i]) / sizes[i])
+    _bend_along(context, t, b, p, 1.0 / spacing)
+    return difference / spacing**2
+
+
+@jitted
+def _bend_along(context, t, b, p, rate):
+    """Replace d²q/dx² in `b.total` by accelerations at `b.place`, with the tangent in `b.along` and dx/dt.
+
+    Of M a = f + Gᵀλ the part along the tangent, which constraints do not act on: they change the rate alone.
+    """
+    n, mass = context[NV], b.mass
+    flat = mass.reshape(n * n)
+    fill(flat, 0.0)
+    fill(b.forces, 0.0)
+    call_kernel(np.uint64(context[MASS_MATRIX]), t, b.place, p, flat)
+    call_kernel(np.uint64(context[FORCES]), t, b.place, p, b.forces)
+    inertia, force = 0.0, 0.0
+    for i in range(n):
+        moved = bent = 0.0
+        for j in range(n):
+            moved += mass[i, j] * b.along[j]
+            bent += mass[i, j] * b.total[j]
+        inertia += b.along[i] * moved
+        force += b.along[i] * (b.forces[i] - rate**2 * bent)
+    change = force / inertia
+    for i in range(n):
+        b.total[i] = b.total[i] * rate**2 + b.along[i] * change
+
+
+@jitted
+def _move_to_curve(context, t, b, p, weights):
+    """Bring (q, v) to the nearest place of a curve that is known, in the metric of M; returns dx/dt.
+
+    The tangent is then in `b.along`, the second derivative in `b.total`. Not a number where the state is not near to
+    the curve, or does not go along it.
+    """
+    n, curve, mass = context[NV], _curve(context, weights), b.mass
+    q, v, flat = b.moved[:n], b.place[n:], mass.reshape(n * n)
+    sizes = weights[context[M] * n + context[M] :]
+    x = 0.0
+    for i in range(n):
+        x += curve.functional[i] * (b.place[i] - curve.centre[i])
+    if not abs(x) <= FARTHEST:
+        return math.nan
+    follow(curve, PLACES, x, q, b.along, b.total)
+    fill(flat, 0.0)
+    call_kernel(np.uint64(context[MASS_MATRIX]), t, b.moved, p, flat)
+    inertia = beside = momentum = energy = 0.0
+    for i in range(n):
+        moved = rate = 0.0
+        for j in range(n):
+            moved += mass[i, j] * b.along[j]
+            rate += mass[i, j] * v[j]
+        inertia += b.along[i] * moved
+        beside += moved * (b.place[i] - q[i])
+        momentum += moved * v[i]
+        energy += rate * v[i]
+    rate = momentum / inertia
+    if not energy - rate * momentum <= _ACROSS * energy:
+        return math.nan
+    follow(curve, PLACES, x + beside / inertia, q, b.along, b.total)
+    for i in range(n):
+        if not abs(b.place[i] - q[i]) <= _OFF_CURVE * sizes[i]:
+            return math.nan
+    for i in range(n):
+        b.place[i], v[i] = q[i], rate * b.along[i]
+    return rate if fits_positions(context, t, b, p, weights) else math.nan
 
 
 @jitted
@@ -145,9 +284,9 @@ def _slope(context, t, b, p, weights, trial, here):
     """Return how fast the motion leaves the configuration behind [distance a second]; 0 where that is not seen."""
     rank = context[USUAL_RANK]
     ahead = behind = 0.0
-    if _accelerations_at(context, t, b, p, weights, trial):
+    if _moved_along(context, t, b, p, weights, trial):
         ahead = math.sqrt(least_pivot(b.lower, rank, b.solver))
-    if _accelerations_at(context, t, b, p, weights, -trial):
+    if _moved_along(context, t, b, p, weights, -trial):
         behind = math.sqrt(least_pivot(b.lower, rank, b.solver))
     if not (ahead > 0.0 and behind > 0.0):
         return 0.0
@@ -158,16 +297,23 @@ def _slope(context, t, b, p, weights, trial, here):
 @jitted
 def _accelerations_at(context, t, b, p, weights, shift):
     """Write the accelerations `shift` [s] from the centre to `b.step`; False where the branch or the rank is lost."""
+    rank = _moved_along(context, t, b, p, weights, shift)
+    if rank == 0:
+        return False
+    _accelerations_here(context, t + shift, b, p, rank)
+    return True
+
+
+@jitted
+def _moved_along(context, t, b, p, weights, shift):
+    """Move to the place `shift` [s] from the centre; returns the rank, 0 where that or the branch is lost."""
     nq = context[NQ]
     copy(b.centre, b.place)
     for i in range(nq):
         b.place[i] += shift * b.along[i]
     make_unit(context, b.place)
     rank = move_to_branch(context, t + shift, b, p, weights)
-    if rank < context[USUAL_RANK]:
-        return False
-    _accelerations_here(context, t + shift, b, p, rank)
-    return True
+    return rank if rank >= context[USUAL_RANK] else 0
 
 
 @jitted
@@ -197,9 +343,9 @@ def robust_rhs(context, t, y, p, out, weights, order, work):
     t : float [s]
     y, p, out : ndarray
         As of a kernel.
-    weights : ndarray, shape (m * nv + m + nv,) or empty
+    weights : ndarray, shape (m * nv + m + nv,), (m * nv + m + nv + curve_size(nq),) or empty
         By which the squares of a row of G sum up to its size, then the scales of residuals, then characteristic sizes;
-        see `row_weights.py`.
+        see `row_weights.py`. Where the branch may be a curve, that is behind them, see `curve.py`.
     order : ndarray of int64, shape (m,)
         A buffer.
     work : ndarray, shape (work_size(...),)
@@ -209,10 +355,17 @@ def robust_rhs(context, t, y, p, out, weights, order, work):
     n, ny = nq + nv, nq + nv + nw
     b = buffers(context, order, work)
     copy(y[:n], b.place)
-    rank, on_branch, ratio, beside = 0, 0, 0.0, False
+    rank, on_branch, ratio, beside, rate = 0, 0, 0.0, False, math.nan
     if context[NEAR_SINGULAR] == 0:
         rank, ratio, _ = factor(context, t, b, p, weights, RANK_TOLERANCE)
-    if rank < m:
+    if rank < m and _may_have_curve(context, weights) and _curve(context, weights).known[0] == 1.0:
+        rate = _move_to_curve(context, t, b, p, weights)
+        if math.isfinite(rate):
+            on_branch, _, _ = factor(context, t, b, p, weights, ON_BRANCH)
+            rank, ratio = truncated(b.lower, on_branch, _LEAST_PIVOT)
+        else:
+            copy(y[:n], b.place)
+    if rank < m and not math.isfinite(rate):
         on_branch = is_on_branch(context, t, b, p, weights) or move_to_branch(context, t, b, p, weights)
         if on_branch > 0:
             rank, ratio = truncated(b.lower, on_branch, _LEAST_PIVOT)
@@ -226,7 +379,10 @@ def robust_rhs(context, t, y, p, out, weights, order, work):
     copy(b.step, out[nq:n])
     copy(b.multipliers, out[ny : ny + m])
     out[ny + m] = ratio if rank == m else 0.0
-    if beside and accelerations_beside(context, t, b, p, weights, on_branch):
+    if math.isfinite(rate):
+        _bend_along(context, t, b, p, rate)
+        copy(b.total, out[nq:n])
+    elif beside and accelerations_beside(context, t, b, p, weights, on_branch):
         copy(b.total, out[nq:n])
     if nw and (context[TIME_DEPENDENT] or not math.isfinite(out[n])):
         out[n] = _power(context, t, y, p, out, b)

@@ -102,6 +102,7 @@ class Instant:
     def settings(self, values: np.ndarray) -> None:
         layout = self.layout
         self.closed, self.stuck = values[layout.closed] != 0.0, values[layout.stuck] != 0.0
+        self._unpressed = np.zeros_like(self.closed)
         self.senses = values[layout.sense].copy()
         self.turning, self.aimed = layout.turning(values), layout.aiming(values)
         self._aims = np.column_stack([values[layout.angle], values[layout.bound]])

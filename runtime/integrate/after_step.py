@@ -40,7 +40,7 @@ def write_frames(loop, t0, h, t1, y1, dense, n_terms, buffer):
     buffer : ndarray
         See `projection.projection_size`.
     """
-    ny = loop.sizes[at.NY]
+    ny, goes_by_frames = loop.sizes[at.NY], False
     while frame_is_due(loop, t1):
         row = loop.counters[at.NEXT_FRAME]
         t = loop.frame_times[row]
@@ -49,7 +49,14 @@ def write_frames(loop, t0, h, t1, y1, dense, n_terms, buffer):
         else:
             evaluate_dense((t - t0) / h, dense, n_terms, ny, loop.frames[row])
             project_state(loop, t, loop.frames[row], buffer)
+            goes_by_frames = loop.sizes[at.NM] > 0
         loop.counters[at.NEXT_FRAME] = row + 1
+    row = loop.counters[at.NEXT_FRAME]
+    if goes_by_frames and row < loop.frames.shape[0]:
+        # The guard takes the state that was projected last for where the run is: frames must not tell it. What is not
+        # written yet serves as scratch.
+        copy(y1, loop.frames[row])
+        project_state(loop, t1, loop.frames[row], buffer)
 
 
 # The side of zero that an event function is on follows the motion *inside* the steps (`follow`): a function that leaves

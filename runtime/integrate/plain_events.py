@@ -1,7 +1,8 @@
 """What follows most events, in machine code: resets of free coordinates, records, impacts on a stop that stays open.
 
-It is what `event_actions.py` and `contact/switching.py` do of such an event, which take a hundred times as long. All
-else is left to them: several events at one instant, constraints, frictions, what stays closed, what ends the run.
+It is what `event_actions.py` and `contact/switching.py` do of such an event, which take a hundred times as long; of
+constrained models, records and impacts. All else is left to them: several events at one instant, resets of constrained
+coordinates, constraints that depend on each other, frictions, what stays closed, what ends the run.
 """
 
 import math
@@ -21,11 +22,13 @@ RECORDS, RESETS, TERMINATES = range(3)  # what an event of the model's own does
 ACTED, NOT_PLAIN, PILES_UP, ENDS = range(4)
 ZENO = 10  # status of `advance_over_events`: acted on, and events pile up at `sums[ACCUMULATION]`
 N_LOG, N_INTERVALS, IS_ADAPTIVE, MAY_JUMP = range(4)  # in `counts`
-RESET_ENERGY, LAST_RESET, ACCUMULATION = range(3)  # in `sums`; no reset so far: nan
+# In `sums`; no reset so far: nan. NOISE: what of numbers in a state is round-off, relative.
+RESET_ENERGY, LAST_RESET, ACCUMULATION, NOISE = range(4)
 # Of a row of the log; the states before and after follow, then the work that was done up to it.
 EVENT, TIME, CHANGE, NEXT_FRAME, FIRST_STATE = range(5)
 MOST_INTERVALS = 64
 ROUND_OFF = 4.0 * float(np.finfo(float).eps)
+ON_CONSTRAINTS = 4.0  # times round-off: `event_actions._PROJECTION_NOISE`
 EPS = float(np.finfo(float).eps)
 CLEAR, PART_OF_FLIGHT, AHEAD = 8.0, 1e-2, 1e-6
 # Times its change in the last digits of time behind an event: a function that changed so much more in those before it
@@ -33,9 +36,14 @@ CLEAR, PART_OF_FLIGHT, AHEAD = 8.0, 1e-2, 1e-6
 JUMPED = 1e6
 ZENO_SHRINKAGE, ZENO_EVENTS = 1e-7, 5
 SURELY_SEEN, LED, PLAINLY = 64.0, 1e-12, 1e-6
+# Of a pivot: less is left of a mass, or of a constraint, that (nearly) follows from those before it.
+SINGULAR_MASS, DEPENDENT = 1e-12, 1e-8
 AT_STOP = 64.0 * EPS  # relative: an event as near to where the call ends is acted on with what changes there
 # Relative, as in `event_actions`: an event as near to the start of a step is where that begins.
 BEGINNING = 32.0 * EPS
+MANY = (
+    64  # constraints, as in `contact/local_dynamics.py`: it is not looked what coordinates these tie to which
+)
 
 
 class After(NamedTuple):
@@ -51,7 +59,9 @@ class After(NamedTuple):
         `p` with all stops closed, as the rows of their gaps are found.
     switches_at : ndarray of int64
         Where it says that they are.
-    sums, intervals : ndarray, shapes (3,), (MOST_INTERVALS,)
+    gaps, constraints : ndarray of int64, shapes (n_stops,), (m,)
+        Which rows of the closed form are those of stops, and of the model's constraints.
+    sums, intervals : ndarray, shapes (4,), (MOST_INTERVALS,)
     counts : ndarray of int64, shape (4,)
     lowest : ndarray, shape (number of stops,)
         The least gap of each stop at the ends of steps.
@@ -60,8 +70,12 @@ class After(NamedTuple):
     values, g, floor, other : ndarray, shape (NE,)
     energy, switches : ndarray, shapes (2,), (2 * number of stops,)
     jacobian, residual, gamma : ndarray
-        Of the closed form: shapes (n * nv,), (nh + n,), (n,) for n stops.
+        Of the closed form: shapes (n * nv,), (nh + n,), (n,) for n stops and constraints.
     mass, response, forces : ndarray, shapes (nv * nv,), (nv,), (nv,)
+    reached : ndarray, shape (nv,)
+        Of which coordinates a gap is made.
+    held, gram, multipliers : ndarray, shapes (m * nv,), (m * m,), (m,)
+        L⁻¹Gᵀ, row by row, its products among each other, which are factored, and what constraints take.
     """
 
     addresses: np.ndarray
@@ -71,6 +85,8 @@ class After(NamedTuple):
     directions: np.ndarray
     everything: np.ndarray
     switches_at: np.ndarray
+    gaps: np.ndarray
+    constraints: np.ndarray
     sums: np.ndarray
     intervals: np.ndarray
     counts: np.ndarray
@@ -92,6 +108,10 @@ class After(NamedTuple):
     mass: np.ndarray
     response: np.ndarray
     forces: np.ndarray
+    reached: np.ndarray
+    held: np.ndarray
+    gram: np.ndarray
+    multipliers: np.ndarray
 
 
 @jitted
@@ -173,8 +193,8 @@ def act(loop, after):
     energy = total_energy(loop, after)
     against = False
     if event < n_own:
-        if ne > n_own:
-            return NOT_PLAIN  # stops may be touched where a reset leads
+        if ne > n_own or after.constraints.shape[0] > 0:
+            return NOT_PLAIN  # stops may be touched where a reset leads, and constraints left
         against = moves_against(event, loop, after)
         for k in range(n):
             after.moved[k] = 0.0
@@ -270,18 +290,19 @@ def has_jumped(event, loop, after):
 @jitted
 def find_values_beside(way, loop, after, values):
     """Write the event functions as far along the motion (1) or back (-1) as the last digits go to `values`."""
-    dt = ROUND_OFF * abs(loop.control[at.T])
+    noise = after.sums[NOISE]
+    dt = noise * abs(loop.control[at.T])
     for k in range(after.slope.shape[0]):
         y, slope = loop.y[k], after.slope[k]
-        after.moved[k] = y + way * (dt * slope + ROUND_OFF * abs(y) * sign(slope))
+        after.moved[k] = y + way * (dt * slope + noise * abs(y) * sign(slope))
     call_kernel(after.addresses[EVENTS], loop.control[at.T] + way * dt, after.moved, loop.p, values)
 
 
 @jitted
 def find_values_and_floor(loop, after):
     """Write event functions to `g`, and what of them is round-off to `floor`: see `event_values_and_floor`."""
-    n, ne, t = after.slope.shape[0], loop.sizes[at.NE], loop.control[at.T]
-    dt = ROUND_OFF * abs(t)
+    n, ne, t, noise = after.slope.shape[0], loop.sizes[at.NE], loop.control[at.T], after.sums[NOISE]
+    dt = noise * abs(t)
     find_slope(loop, after)
     call_kernel(after.addresses[EVENTS], t, loop.y, loop.p, after.g)
     for e in range(ne):
@@ -290,7 +311,7 @@ def find_values_and_floor(loop, after):
     call_kernel(after.addresses[EVENTS], t + dt, after.moved, loop.p, after.other)
     add_change(after)
     for k in range(n):
-        after.moved[k] = loop.y[k] + ROUND_OFF * abs(loop.y[k])
+        after.moved[k] = loop.y[k] + noise * abs(loop.y[k])
         call_kernel(after.addresses[EVENTS], t, after.moved, loop.p, after.other)
         add_change(after)
         after.moved[k] = loop.y[k]
@@ -444,27 +465,51 @@ def find_stops(loop, after):
 
 
 @jitted
-def size_of(nq, y):
-    """Return how large coordinates are, at least 1."""
+def size_of_gap(i, loop, after):
+    """Return the largest of the coordinates that a gap is made of, at least 1: `LocalDynamics.sizes`."""
+    nv, m, largest = loop.sizes[at.NV], after.constraints.shape[0], 1.0
+    for j in range(nv):
+        largest = max(largest, abs(loop.y[j]))
+    if largest == 1.0 or m > MANY:
+        return largest
+    row = after.gaps[i] * nv
+    for j in range(nv):
+        after.reached[j] = 1.0 if after.jacobian[row + j] != 0.0 else 0.0
+    grows = True
+    while grows:  # errors of others come to these by constraints alone
+        grows = False
+        for c in range(m):
+            row = after.constraints[c] * nv
+            ties, is_wider = False, False
+            for j in range(nv):
+                if after.jacobian[row + j] != 0.0:
+                    ties |= after.reached[j] == 1.0
+                    is_wider |= after.reached[j] == 0.0
+            if ties and is_wider:
+                grows = True
+                for j in range(nv):
+                    if after.jacobian[row + j] != 0.0:
+                        after.reached[j] = 1.0
     size = 1.0
-    for k in range(nq):
-        size = max(size, abs(y[k]))
+    for j in range(nv):
+        if after.reached[j] == 1.0:
+            size = max(size, abs(loop.y[j]))
     return size
 
 
 @jitted
-def row_sum(i, nv, jacobian):
-    """Return the sum of the magnitudes of a row of G."""
-    total = 0.0
+def row_sum(i, nv, after):
+    """Return the sum of the magnitudes of the row of a gap."""
+    total, row = 0.0, after.gaps[i] * nv
     for j in range(nv):
-        total += abs(jacobian[i * nv + j])
+        total += abs(after.jacobian[row + j])
     return total
 
 
 @jitted
 def gap_tolerance(i, loop, after):
     """Return how much of a gap the tolerances of the run leave open: `Instant._gap_tolerances`."""
-    rows, size = row_sum(i, loop.sizes[at.NV], after.jacobian), size_of(loop.sizes[at.NQ], loop.y)
+    rows, size = row_sum(i, loop.sizes[at.NV], after), size_of_gap(i, loop, after)
     allowed = rows * (loop.control[at.ATOL] + loop.control[at.RTOL] * size)
     return max(allowed, SURELY_SEEN * EPS * rows * size)
 
@@ -473,17 +518,17 @@ def gap_tolerance(i, loop, after):
 def speed_tolerance(i, loop, after):
     """Return which rates of a gap are as good as zero: `Instant._speed_tolerances`."""
     nq, nv = loop.sizes[at.NQ], loop.sizes[at.NV]
-    moved = 0.0
+    moved, row = 0.0, after.gaps[i] * nv
     for j in range(nv):
-        moved += abs(after.jacobian[i * nv + j]) * abs(loop.y[nq + j])
-    rows = row_sum(i, nv, after.jacobian)
+        moved += abs(after.jacobian[row + j]) * abs(loop.y[nq + j])
+    rows = row_sum(i, nv, after)
     return rows * (loop.control[at.ATOL] + 1e-15) + max(loop.control[at.RTOL], 1e-15) * moved
 
 
 @jitted
 def speed_of(i, after):
     """Return the rate of a gap."""
-    return after.residual[after.residual.shape[0] - after.lowest.shape[0] + i]
+    return after.residual[after.residual.shape[0] - after.gamma.shape[0] + after.gaps[i]]
 
 
 @jitted
@@ -511,17 +556,19 @@ def strike(i, loop, after):
     for k in range(nv * nv):
         after.mass[k] = 0.0  # structural zeros are not written, and factors fill them
     call_kernel(after.addresses[MASS], t, loop.y, loop.p, after.mass)
-    alone = 0.0
+    alone, row = 0.0, after.gaps[i] * nv
     for j in range(nv):
         if after.mass[j * nv + j] > 0.0:
-            alone += after.jacobian[i * nv + j] * after.jacobian[i * nv + j] / after.mass[j * nv + j]
-    if not factor(nv, after.mass):
+            alone += after.jacobian[row + j] * after.jacobian[row + j] / after.mass[j * nv + j]
+    if not factor(nv, after.mass, SINGULAR_MASS) or not factor_constraints(nv, after):
         return False
-    copy(after.jacobian[i * nv : (i + 1) * nv], after.response)
-    solve(nv, after.mass, after.response)
+    copy(after.jacobian[row : row + nv], after.response)
+    forward(nv, after.mass, after.response)
+    keep_to_constraints(nv, 0.0, after, after.response)
+    back(nv, after.mass, after.response)
     compliance = 0.0
     for j in range(nv):
-        compliance += after.jacobian[i * nv + j] * after.response[j]
+        compliance += after.jacobian[row + j] * after.response[j]
     if not compliance > LED * alone:
         return False
     impulse = -(1.0 + restitution) * closing / compliance
@@ -533,16 +580,18 @@ def strike(i, loop, after):
 @jitted
 def flies(i, loop, after):
     """Whether a gap that nothing else keeps open will open so far that the run sees it: `Holding._landed`."""
-    nv, t = loop.sizes[at.NV], loop.control[at.T]
+    nv, t, row = loop.sizes[at.NV], loop.control[at.T], after.gaps[i] * loop.sizes[at.NV]
     find_stops(loop, after)
     for j in range(nv):
         after.forces[j] = 0.0
     call_kernel(after.addresses[FORCES], t, loop.y, loop.p, after.forces)
     call_kernel(after.addresses[GAMMA], t, loop.y, after.everything, after.gamma)
-    solve(nv, after.mass, after.forces)
-    free = -after.gamma[i]
+    forward(nv, after.mass, after.forces)
+    keep_to_constraints(nv, 1.0, after, after.forces)
+    back(nv, after.mass, after.forces)
+    free = -after.gamma[after.gaps[i]]
     for j in range(nv):
-        free += after.jacobian[i * nv + j] * after.forces[j]
+        free += after.jacobian[row + j] * after.forces[j]
     speed = speed_of(i, after)
     if not (math.isfinite(free) and speed > speed_tolerance(i, loop, after)):
         return False
@@ -553,14 +602,55 @@ def flies(i, loop, after):
 
 
 @jitted
-def factor(n, matrix):
-    """Factor a symmetric positive definite matrix, row by row, into L Lᵀ in place; whether that is possible."""
+def factor_constraints(nv, after):
+    """Write L⁻¹Gᵀ of the model's constraints, and the factor of its products; whether they are independent."""
+    m = after.constraints.shape[0]
+    for c in range(m):
+        own, row = after.held[c * nv : (c + 1) * nv], after.constraints[c] * nv
+        copy(after.jacobian[row : row + nv], own)
+        forward(nv, after.mass, own)
+        for d in range(c + 1):
+            total = 0.0
+            for j in range(nv):
+                total += own[j] * after.held[d * nv + j]
+            after.gram[c * m + d] = total
+    return factor(m, after.gram, DEPENDENT)
+
+
+@jitted
+def keep_to_constraints(nv, part, after, x):
+    """Change x = L⁻¹f so that G a = part γ with a = L⁻ᵀx; a second time, for what round-off has left."""
+    m = after.constraints.shape[0]
+    for _ in range(2 if m > 0 else 0):
+        for c in range(m):
+            left = part * after.gamma[after.constraints[c]]
+            for j in range(nv):
+                left -= after.held[c * nv + j] * x[j]
+            after.multipliers[c] = left
+        solve(m, after.gram, after.multipliers)
+        for c in range(m):
+            for j in range(nv):
+                x[j] += after.held[c * nv + j] * after.multipliers[c]
+
+
+@jitted
+def factor(n, matrix, least):
+    """Factor a symmetric positive definite matrix, row by row, into L Lᵀ in place; whether that is possible.
+
+    Parameters
+    ----------
+    n : int
+    matrix : ndarray, shape (n * n,)
+        Its lower triangle is read.
+    least : float
+        What must be left of each number on the diagonal, as a part of it.
+    """
     for j in range(n):
         pivot = matrix[j * n + j]
         size = pivot
         for k in range(j):
             pivot -= matrix[j * n + k] * matrix[j * n + k]
-        if not (pivot > 1e-12 * size and math.isfinite(pivot)):
+        if not (pivot > least * size and math.isfinite(pivot)):
             return False
         matrix[j * n + j] = math.sqrt(pivot)
         for i in range(j + 1, n):
@@ -573,10 +663,22 @@ def factor(n, matrix):
 @jitted
 def solve(n, lower, x):
     """Solve with the factors of `factor`, in place."""
+    forward(n, lower, x)
+    back(n, lower, x)
+
+
+@jitted
+def forward(n, lower, x):
+    """Replace x by L⁻¹x."""
     for i in range(n):
         for k in range(i):
             x[i] -= lower[i * n + k] * x[k]
         x[i] /= lower[i * n + i]
+
+
+@jitted
+def back(n, lower, x):
+    """Replace x by L⁻ᵀx."""
     for i in range(n - 1, -1, -1):
         for k in range(i + 1, n):
             x[i] -= lower[k * n + i] * x[k]

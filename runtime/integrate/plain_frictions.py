@@ -1,8 +1,9 @@
 """What follows the stick, slip or turn of a friction that is alone, in machine code that goes on in the form after it.
 
 It is what `event_actions.py`, `contact/lone_friction.py` and `LoopArrays.change_form` do of such an event, which take a
-hundred times as long; and what `contact/switching.py` does of an impact on a stop that stays open, while all frictions
-slide. All else is left to them: events of the model's own, stops that stay closed, several that are at rest.
+hundred times as long; and what `contact/switching.py` does of an impact on a stop, which is open or closed behind that,
+and of its release, while all other stops are open and all frictions slide. All else is left to them: events of the
+model's own, several that are at rest.
 """
 
 import math
@@ -25,8 +26,10 @@ from symgen.runtime.integrate.plain_events import (
     FIRST_STATE,
     LED,
     NEXT_FRAME,
+    ON_CONSTRAINTS,
     PLAINLY,
     ROUND_OFF,
+    SINGULAR_MASS,
     SURELY_SEEN,
     TIME,
     add_change,
@@ -44,11 +47,12 @@ ADVANCE, EVENTS, RHS, SETUP = range(0, 8, 2)
 ENERGY, MASS, FORCES, SWITCHES, JACOBIAN, RESIDUAL, GAMMA, ROWS = range(8, 16)
 N_ADDRESSES = 16
 N_LOG, IS_HELD, IS_ADAPTIVE = range(3)  # in `counts`
-SLIPS, STICKS, TURNS, STRIKES = range(4)  # what becomes of a friction, or a stop
+SLIPS, STICKS, TURNS, STRIKES, OPENS = range(5)  # what becomes of a friction, or a stop
+# Speeds of gaps that close no faster are at rest, as in `contact/switching.py`.
+SETTLED, NO_SPEED = 1e-12, 1e-15
 NOT_KNOWN, GOES_ON, OTHER_SETTINGS = range(3)  # what `act` has done
 # As in `contact/instant.py`, `event_actions.py`.
 UNDECIDED, BALANCED, ROUNDED, LIMIT_ROUNDED, LITTLE = 1e-9, 1e-6, 1e-13, 1e-10, 1e-7
-ON_CONSTRAINTS = 4.0  # times round-off: `event_actions._PROJECTION_NOISE`
 ANGLE = -1  # in `groups`: a coordinate whose size is 1
 
 
@@ -76,8 +80,9 @@ class Frictions(NamedTuple):
     position, rows, squares, sizes : ndarray, shapes (nq + nv,), (n * nv,), (n,), (number of groups,)
     lowest : ndarray, shape (s,)
         The least gap of each stop at the ends of steps.
-    log : ndarray, shape (rows, FIRST_STATE + 2 (nq + nv) + 1 + 1 + 2 k)
-        As that of `plain_events`; behind it what became of the friction, which ones stick, and senses.
+    log : ndarray, shape (rows, FIRST_STATE + 2 (nq + nv) + 1 + 1 + 2 k + s)
+        As that of `plain_events`; behind it what became of the friction or stop, which frictions stick, senses, and
+        which stops are closed.
     before, moved, slope : ndarray, shape (nq + nv,)
     free_row, held_row : ndarray
         Of `rhs`.
@@ -182,7 +187,7 @@ def act(loop, own):
     )
     event = fired_alone(loop)
     i = event - (ne - n_stops - n)
-    if i < 0 or own.counts[N_LOG] >= own.log.shape[0] or not others_are_free(i - n_stops, loop, own):
+    if i < 0 or own.counts[N_LOG] >= own.log.shape[0] or not others_are_free(i, loop, own):
         return NOT_KNOWN
     t = loop.control[at.T]
     copy(loop.y[: nq + nv], own.before)
@@ -192,62 +197,77 @@ def act(loop, own):
     behind = row[FIRST_STATE + 2 * (nq + nv) :]
     kept = behind[2:]
     write_settings(kept, own)
-    is_known = strike(i, loop, own) if i < n_stops else settle(i - n_stops, loop, own)
+    was_closed = i < n_stops and own.p[own.closed[i]] != 0.0
+    if was_closed:
+        is_known = release(i, loop, own)
+    else:
+        is_known = strike(i, loop, own) if i < n_stops else settle(i - n_stops, loop, own)
     if not is_known or not all_finite(loop.y, nq + nv):
         copy(own.before, loop.y)
         for j in range(n):
             own.p[own.stuck[j]], own.p[own.sense[j]] = kept[j], kept[n + j]
+        for j in range(n_stops):
+            own.p[own.closed[j]] = kept[2 * n + j]
         return NOT_KNOWN
-    was_stuck = sticks = changed = False
+    was_stuck = sticks = changed = rests = False
     for j in range(n):
         was_stuck |= kept[j] != 0.0
         sticks |= own.p[own.stuck[j]] != 0.0
         changed |= kept[j] != own.p[own.stuck[j]] or kept[n + j] != own.p[own.sense[j]]
-    note_gaps(loop, own)
-    own.counts[IS_HELD] = 1 if sticks else 0
+    for j in range(n_stops):
+        rests |= own.p[own.closed[j]] != 0.0
+        changed |= kept[2 * n + j] != own.p[own.closed[j]]
+    note_gaps(kept[2 * n :], loop, own)
+    own.counts[IS_HELD] = 1 if sticks or rests else 0
     change = total_energy(loop, own) - energy
     row[EVENT], row[TIME], row[CHANGE], row[NEXT_FRAME] = event, t, change, loop.counters[at.NEXT_FRAME]
     copy(own.before, row[FIRST_STATE : FIRST_STATE + nq + nv])
     copy(loop.y[: nq + nv], row[FIRST_STATE + nq + nv : FIRST_STATE + 2 * (nq + nv)])
     behind[0] = loop.y[nq + nv] + own.sums[0] if loop.sizes[at.NW] > 0 else math.nan
-    behind[1] = STRIKES if i < n_stops else SLIPS if was_stuck else STICKS if sticks else TURNS
+    if i < n_stops:
+        behind[1] = OPENS if was_closed else STRIKES
+    else:
+        behind[1] = SLIPS if was_stuck else STICKS if sticks else TURNS
     write_settings(kept, own)
     own.counts[N_LOG] += 1
     own.sums[0] += change
-    arm(event if not (was_stuck or sticks) else -1, loop, own)
+    arm(event if not (was_stuck or sticks or was_closed or rests) else -1, loop, own)
     return OTHER_SETTINGS if changed else GOES_ON
 
 
 @jitted
-def others_are_free(k, loop, own):
-    """Whether all stops are open and no friction is held but perhaps one."""
-    ne, n = loop.sizes[at.NE], own.stuck.shape[0]
-    for i in range(own.closed.shape[0]):
-        if own.p[own.closed[i]] != 0.0:
+def others_are_free(but, loop, own):
+    """Whether no stop is closed and no friction is held but perhaps one."""
+    ne, n_stops, n = loop.sizes[at.NE], own.closed.shape[0], own.stuck.shape[0]
+    for i in range(n_stops):
+        if i != but and own.p[own.closed[i]] != 0.0:
             return False
     for j in range(n):
         if math.isinf(loop.control[at.N_CONTROL + at.BAND * ne + ne - n + j]):
             return False  # it rests since others hold it
-        if j != k and own.p[own.stuck[j]] != 0.0:
+        if n_stops + j != but and own.p[own.stuck[j]] != 0.0:
             return False
     return True
 
 
 @jitted
 def write_settings(values, own):
-    """Write which frictions stick, then in which directions they slide."""
+    """Write which frictions stick, in which directions they slide, and which stops are closed."""
     n = own.stuck.shape[0]
     for j in range(n):
         values[j], values[n + j] = own.p[own.stuck[j]], own.p[own.sense[j]]
+    for j in range(own.closed.shape[0]):
+        values[2 * n + j] = own.p[own.closed[j]]
 
 
 @jitted
-def note_gaps(loop, own):
-    """Take note of how low gaps have been since the last time."""
+def note_gaps(were_closed, loop, own):
+    """Take note of how low gaps have been since the last time, those that were open."""
     ne, n_stops = loop.sizes[at.NE], own.closed.shape[0]
     first, n_own = at.N_CONTROL + at.LOWEST * ne, ne - n_stops - own.stuck.shape[0]
     for i in range(n_stops):
-        own.lowest[i] = min(own.lowest[i], loop.control[first + n_own + i])
+        if were_closed[i] == 0.0:
+            own.lowest[i] = min(own.lowest[i], loop.control[first + n_own + i])
     for e in range(ne):
         loop.control[first + e] = math.inf
 
@@ -320,15 +340,17 @@ def slide(but, loop, own):
 
 @jitted
 def strike(i, loop, own):
-    """Change the rates by an impact on a stop, if that is all that happens; whether it was: `plain_events.strike`.
+    """Change the rates by an impact on a stop, and close it where it stays: `Switching._decide_once`.
 
-    Frictions of given size are bounded forces, and take no part.
+    Frictions of given size are bounded forces, and take no part. Returns whether that is all that happens.
     """
     nq, nv, t = loop.sizes[at.NQ], loop.sizes[at.NV], loop.control[at.T]
-    if own.counts[IS_HELD] or not find_dynamics(t, loop.y, nv, own) or not are_open(i, loop, own):
+    if not find_dynamics(t, loop.y, nv, own) or not are_open(i, loop, own):
         return False
     closing, restitution = own.speeds[i], own.switches[2 * i + 1]
-    if not (closing < 0.0 and 0.0 < restitution <= 1.0) or not own.compliance[i, i] > LED * alone(i, nv, own):
+    if not (closing < 0.0 and 0.0 <= restitution <= 1.0) or not own.compliance[i, i] > LED * alone(
+        i, nv, own
+    ):
         return False
     impulse = -(1.0 + restitution) * closing / own.compliance[i, i]
     for j in range(nv):
@@ -338,12 +360,66 @@ def strike(i, loop, own):
         return False
     # Whether it opens so far that the run sees it: `Holding._landed`.
     free, speed = own.free[i], own.speeds[i]
-    if not speed > slow(i, loop, own):
+    flight = max(speed, 0.0) ** 2
+    excess = flight + 2.0 * free * gap_tolerance(i, loop, own)
+    if speed > slow(i, loop, own) and (free >= 0.0 or excess > PLAINLY * flight):
+        return True  # nothing presses it shut, or too late
+    return excess < -PLAINLY * flight and rest(i, loop, own)
+
+
+@jitted
+def rest(i, loop, own):
+    """Close a stop that is pressed shut clearly, and take what is left of its speed; whether it is."""
+    nq, nv, free = loop.sizes[at.NQ], loop.sizes[at.NV], own.free[i]
+    if not -free > 2.0 * max(rounded(i, nv, own), UNDECIDED * largest_free(i, own)):
         return False
-    if free >= 0.0:
-        return True  # nothing presses it shut
-    flight = speed * speed
-    return flight + 2.0 * free * gap_tolerance(i, loop, own) > PLAINLY * flight
+    own.p[own.closed[i]] = 1.0
+    impulse = -own.speeds[i] / own.compliance[i, i]
+    for j in range(nv):
+        loop.y[nq + j] += own.response[i, j] * impulse
+    call_kernel(own.addresses[EVENTS + 1], loop.control[at.T], loop.y, own.p, own.other)
+    return all_finite(own.other, own.other.shape[0])
+
+
+@jitted
+def rounded(i, nv, own):
+    """Return what is round-off of the accelerations that the force of a stop balances: `Holding._press`."""
+    total = 0.0
+    for j in range(nv):
+        total += abs(own.jacobian[i * nv + j]) * abs(own.rates[j])
+    return ROUNDED * total
+
+
+@jitted
+def release(i, loop, own):
+    """Open a stop whose force has come to zero; whether that is all that happens: `Holding._settle_stops`."""
+    nv, t = loop.sizes[at.NV], loop.control[at.T]
+    find_rows(t, loop.y, own)
+    if not slide(-1, loop, own) or not find_dynamics(t, loop.y, nv, own) or not are_open(i, loop, own):
+        return False
+    free, speed = own.free[i], own.speeds[i]
+    if not own.compliance[i, i] > LED * alone(i, nv, own) or is_closing(speed, loop, own):
+        return False
+    small, size = UNDECIDED * largest_free(i, own), abs(free)
+    if not size > small:
+        return False  # it neither presses nor opens: what it does a moment later tells
+    lands = max(speed, 0.0) ** 2 <= 2.0 * size * gap_tolerance(i, loop, own)
+    if free < 0.0 and not (lands and size <= rounded(i, nv, own)):
+        return False  # it presses on
+    own.p[own.closed[i]] = 0.0
+    return True
+
+
+@jitted
+def is_closing(speed, loop, own):
+    """Whether a gap closes by more than what is at rest: `switching.impulses`."""
+    nq, nv, most = loop.sizes[at.NQ], loop.sizes[at.NV], 0.0
+    for k in range(own.speeds.shape[0]):
+        moved = 0.0
+        for j in range(nv):
+            moved += abs(own.jacobian[k * nv + j]) * abs(loop.y[nq + j])
+        most = max(most, moved)
+    return -speed > SETTLED * abs(speed) + NO_SPEED * most
 
 
 @jitted
@@ -387,7 +463,7 @@ def find_dynamics(t, y, nv, own):
     call_kernel(own.addresses[GAMMA], t, y, own.everything, own.gamma)
     for i in range(nv):
         own.inertia[i] = own.mass[i * nv + i]
-    if not factor(nv, own.mass):
+    if not factor(nv, own.mass, SINGULAR_MASS):
         return False
     solve(nv, own.mass, own.rates)
     for i in range(n):
@@ -589,7 +665,7 @@ def arm(moved, loop, own):
         if abs(own.values[e]) > CLEAR * floor:
             lean = 0.0
         band = floor
-        if 0 <= i and (i < n_stops or own.p[own.stuck[i - n_stops]] == 0.0):
+        if 0 <= i and own.p[own.closed[i] if i < n_stops else own.stuck[i - n_stops]] == 0.0:
             lean = 1.0
             sunk = max(0.0, -g)
             if e == moved:

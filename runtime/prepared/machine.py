@@ -130,7 +130,7 @@ class Machine:
             addresses[_ADDRESS[name]] = kernel.precomputed_address
         addresses[here.ADVANCE] = self._plan_block.address
         addresses[here.SETUP] = system.setup_address
-        guard, weights = arrays.guard_arrays()
+        guard, weights, curve = arrays.guard_arrays()
         tail = np.array(arrays.tail)
         asked = np.zeros(here.N_ASKED)
         asked[here.T_END] = options.t_end
@@ -140,10 +140,10 @@ class Machine:
         asked[here.SCALES_ENERGY], asked[here.HAS_HOISTED] = keeps, addresses[here.SETUP] != 0
         asked[here.CHECKS], asked[here.ENERGY_LIMIT] = task.checks, energy_limit(method, options.rtol)
         asked[here.DRIFT_LIMIT] = drift_limit(method, options.rtol)
-        size = sum(array.size for array in (loop.control, loop.y, loop.f, loop.work, tail, loop.dense))
+        size = sum(array.size for array in (loop.control, loop.y, loop.f, loop.work, tail, loop.dense, curve))
         return Plan(
             addresses=addresses, block=self._plan_block.block, result=np.zeros(1), asked=asked, guard=guard,
-            weights=weights, control=loop.control.copy(), counters=loop.counters.copy(), tail=tail,
+            weights=weights, curve=curve, control=loop.control.copy(), counters=loop.counters.copy(), tail=tail,
             saved=np.zeros(size), saved_counters=np.zeros(len(loop.counters) + 1, dtype=np.int64),
             base_p=task.base_p,
         )  # fmt: skip

@@ -18,6 +18,8 @@ class Plan(NamedTuple):
         The context of the guard (`constraints/branch.py`); empty without constraints.
     weights : ndarray
         What the guard takes rows of G by; empty without constraints.
+    curve : ndarray
+        The curve of its branch (`constraints/curve.py`); empty where it is none.
     control, counters, tail : ndarray
         Those of the loop before its first step. `tail` is what methods carry behind the precomputed `p`.
     saved, saved_counters : ndarray
@@ -32,6 +34,7 @@ class Plan(NamedTuple):
     asked: np.ndarray
     guard: np.ndarray
     weights: np.ndarray
+    curve: np.ndarray
     control: np.ndarray
     counters: np.ndarray
     tail: np.ndarray

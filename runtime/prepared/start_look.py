@@ -189,6 +189,7 @@ def set_guard(loop, plan, look):
     plan.guard[branch.USUAL_RANK] = m
     plan.guard[branch.ILL_CONDITIONED] = 0
     plan.guard[branch.NEAR_SINGULAR] = 0
+    branch.fill(plan.curve, 0.0)
     least = plan.weights[m * nv]
     for i in range(m):
         least = min(least, plan.weights[m * nv + i])

@@ -195,6 +195,7 @@ def save(loop, plan):
     n = keep(loop.y, saved, n)
     n = keep(loop.f, saved, n)
     n = keep(loop.work, saved, n)
+    n = keep(plan.curve, saved, n)
     n = keep(loop.p[loop.p.shape[0] - plan.tail.shape[0] :], saved, n)
     for k in range(loop.dense.shape[0]):
         n = keep(loop.dense[k], saved, n)
@@ -219,6 +220,7 @@ def restore(loop, plan):
     n = bring_back(saved, n, loop.y)
     n = bring_back(saved, n, loop.f)
     n = bring_back(saved, n, loop.work)
+    n = bring_back(saved, n, plan.curve)
     n = bring_back(saved, n, loop.p[loop.p.shape[0] - plan.tail.shape[0] :])
     for k in range(loop.dense.shape[0]):
         n = bring_back(saved, n, loop.dense[k])
