@@ -276,7 +276,7 @@ class Run(RunState):
         """Advance to `stop` [s], by `n_steps` at most; returns the status of the loop."""
         wanted = self.stops[0]
         watch = min(wanted if wanted < stop else np.inf, self._end_of_frames)
-        if self._in_code is not None and (self._in_code.in_both_forms or not self.actions.is_held):
+        if self._code_may_act():
             status = self._in_code.advance(self.actions, stop, n_steps, watch, keep_log=keep_log)
         else:
             status = self.arrays.advance(stop, n_steps, watch=watch, keep_log=keep_log)
@@ -286,6 +286,10 @@ class Run(RunState):
             return self._step_past(stop)
         self._move_frames()
         return at.RUNNING
+
+    def _code_may_act(self) -> bool:
+        """Whether machine code may act on the events of the form that applies."""
+        return self._in_code is not None and (self._in_code.in_both_forms or not self.actions.is_held)
 
     @property
     def _end_of_frames(self) -> float:
@@ -329,6 +333,11 @@ class Run(RunState):
             arrays.step_log[0] = logged
         if status != at.EVENT and self._same(t, self.stops[0]):
             self._take_sample(checkpoint)
+        if status == at.EVENT and self._code_may_act():
+            # The step once more, by what acts on events otherwise: Python's impulses have other last digits, and what
+            # is wanted beside a run must not change it.
+            arrays.restore(before)
+            status = self._in_code.advance(self.actions, stop, 1, self._end_of_frames, keep_log=False)
         return status if self.stops else at.REACHED_STOP
 
     def _before_the_end(self) -> Checkpoint | None:

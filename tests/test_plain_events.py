@@ -349,6 +349,19 @@ def test_runs_do_not_depend_on_samples_or_on_where_they_are_cut():
     assert [e.t for e in plain.events] == [e.t for e in longer.events if e.t <= 2.0]
 
 
+@pytest.mark.parametrize("text", [TWO_STOPS, PENDULUM], ids=["free", "constrained"])
+def test_a_sample_in_the_step_before_an_impact_changes_nothing(text):
+    """The step is taken aside up to the sample; what acts on the impact behind it is what acts on it unwatched."""
+    model, options = system(text), {"method": "dop853", "rtol": 1e-10, "atol": 1e-12}
+    plain = model.run(3.0, **options)
+    impacts = [event.t for event in plain.events if event.action == "impact"]
+    watched = model.run(3.0, at=[t - 1e-4 for t in impacts], **options)
+    assert len(impacts) > 2
+    np.testing.assert_array_equal(watched.states[-1], plain.states[-1])
+    np.testing.assert_array_equal(watched.step_log, plain.step_log)
+    assert [repr(event) for event in watched.events] == [repr(event) for event in plain.events]
+
+
 def test_a_run_of_many_impacts_takes_microseconds_for_each():
     """Its energy stays, and the intervals that the detector of accumulation keeps are few."""
     solution = symgen.load("bouncing_ball").run(4000.0, parameters={"e": 1.0}, method="dop853")

@@ -213,6 +213,18 @@ def test_stops_that_stay_closed_for_a_while(monkeypatch, text):
     assert in_code.ok == by_python.ok
 
 
+@pytest.mark.parametrize("text", [RESTING, TWO + STOPS], ids=["stops", "frictions"])
+def test_a_sample_in_the_step_before_an_event_changes_nothing(text):
+    model, options = system(text), {"method": "dop853", "rtol": 1e-10, "atol": 1e-12}
+    plain = model.run(8.0, **options)
+    watched = model.run(8.0, at=[event.t - 1e-4 for event in plain.events[5:16:5]], **options)
+    np.testing.assert_array_equal(watched.states[-1], plain.states[-1])
+    np.testing.assert_array_equal(watched.forms.settings, plain.forms.settings)
+    assert [repr(event) for event in watched.events] == [repr(event) for event in plain.events]
+    whole = model.run(watched.samples[-1].t, **options)
+    np.testing.assert_array_equal(watched.samples[-1].q, whole.q[-1])
+
+
 def test_a_stop_lets_go_when_its_load_does():
     """Closed without a rebound where the mass comes to it, open when the push is what weighs on it."""
     text = RESTING.replace("0.4", "0").replace("low*sin(3*x/far)", "0*x").replace("0.2*dot", "0*dot")
