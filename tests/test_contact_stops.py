@@ -327,3 +327,46 @@ def test_forces_of_stops_alone_are_those_of_the_whole_problem_to_the_bit():
         for find in (coulomb.stop_forces, lambda *a: coulomb.lemke(a[0], a[1])):
             with pytest.raises(NoSolution):
                 find(np.array([[own]]), np.array([free]), np.array([True]))
+
+
+AT_A_WALL = """
+name = "at_a_wall"
+[parameters]
+m = 1.0
+e = 0.0
+[coordinates]
+x1 = { start = 0.6 }
+y1 = { start = -0.8 }
+x2 = { start = 2.0 }
+y2 = { guess = -2.0 }
+[energy]
+kinetic = "dot(x1)^2/2 + dot(y1)^2/2 + m/2*(dot(x2)^2 + dot(y2)^2)"
+potential = "9.81*y1 + 9.81*m*y2"
+[constraints]
+first = "x1^2 + y1^2 - 1"
+second = "(x2 - x1)^2 + (y2 - y1)^2 - 2.25"
+[stops.wall]
+gap = "x1 + 0.1"
+restitution = "e"
+"""
+
+
+def test_a_force_that_is_round_off_where_it_falls_through_zero_does_not_keep_a_stop_closed_for_good():
+    """On the constraints again, the force had the other sign at the event, which then never came again."""
+    model = Model.from_toml(AT_A_WALL).derive()
+    cases = [
+        ("taylor", 0.0, 1.7),
+        ("radau5", 0.5, 1.6),
+        ("radau5", 0.5, 2.0),
+        ("bdf", 0.5, 1.7),
+        ("bdf", 0.5, 1.8),
+    ]
+    for method, e, m in cases:
+        options = {"rtol": 1e-10, "atol": 1e-12, "parameters": {"m": m, "e": e}}
+        run = model.run(3.4, method=method, **options)
+        assert run.ok
+        reference = model.run(3.4, method="dop853", **options)
+        np.testing.assert_allclose(run.states[-1], reference.states[-1], rtol=0, atol=1e-5)
+        assert {round(x.t, 6) for x in run.events if x.action == "release"} == {
+            round(x.t, 6) for x in reference.events if x.action == "release"
+        }

@@ -159,10 +159,12 @@ class Instant:
         return np.concatenate([self.closed, (self.stuck & ~self.aimed) | self.resting])
 
     def bands(self) -> np.ndarray:
-        """How far below zero each open gap and sliding speed counts as zero, nan for what is held.
+        """How far below zero gaps, sliding speeds and forces of closed stops count as zero, nan for frictions held.
 
         One that begins to move from rest is not known better than to the tolerances of the run; what moves clearly
-        is known to round-off. The force of a closed stop that bears nothing is zero but for what does not tell.
+        is known to round-off, and so is a force: where round-off of a force that falls through zero keeps a stop
+        closed, it is asked again behind that. That of a closed stop that bears nothing is zero but for what does not
+        tell.
         """
         here = self._here()
         bands = self._bands_of_all(here) if self.has_frictions else self._bands_of_stops(here)
@@ -183,11 +185,13 @@ class Instant:
         others = self._smooth.copy()
         others[self.layout.circles[:, 1]] = True
         free = ~self._at_rest & ~np.concatenate([np.zeros(self.n_stops, dtype=bool), others])
-        return np.where(free, np.where(moving, 0.0, widths), np.nan)
+        bands = np.where(free, np.where(moving, 0.0, widths), np.nan)
+        bands[: self.n_stops][self.closed] = 0.0
+        return bands
 
     def _bands_of_stops(self, here: LocalDynamics) -> np.ndarray:
         moving = np.abs(here.speeds) > self._speed_tolerances(here)
-        return np.where(self.closed, np.nan, np.where(moving, 0.0, self._gap_tolerances(here)))
+        return np.where(self.closed | moving, 0.0, self._gap_tolerances(here))
 
     def _sliding(self, here: LocalDynamics) -> np.ndarray:
         """How fast each friction slides; both directions of one that has two say how fast it does."""
