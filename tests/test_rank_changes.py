@@ -391,6 +391,13 @@ def test_a_run_through_dead_points_does_not_depend_on_who_watches_or_prepares_it
         np.testing.assert_array_equal(states[-1], at.states[-1])
 
 
+def test_frames_between_steps_of_a_grid_do_not_change_them():
+    """Methods of Gauss make these by steps of their own, which are projected behind the step that is the run's."""
+    system, options = equal_slider_crank(), {"method": "gauss4", "step": 1e-3}
+    alone, watched = system.run(1.0, fps=5, **options), system.run(1.0, fps=730, **options)
+    np.testing.assert_array_equal(watched.states[-1], alone.states[-1])
+
+
 def test_ten_loops_pass_their_change_points():
     """All turn over together, through two singular configurations in a turn; energy gives the speed."""
     run = windows().run(t_end=2.0, method="dop853", rtol=1e-9, atol=1e-12, fps=50)

@@ -172,6 +172,7 @@ def refine_frames(method, h, loop, t0, first_frame, w):
         loop.sizes[at.NV],
         w.states[method.c.shape[0] + 2],
     )
+    is_projected = False
     for row in range(first_frame, loop.counters[at.NEXT_FRAME]):
         length = loop.frame_times[row] - t0
         if length <= 0.0 or loop.frame_times[row] >= loop.control[at.T]:
@@ -195,3 +196,9 @@ def refine_frames(method, h, loop, t0, first_frame, w):
         if loop.sizes[at.NM] > 0:
             buffer = w.scratch[: projection_size(loop.sizes)]
             project_state(loop, loop.frame_times[row], frame, buffer)
+            is_projected = True
+    row = loop.counters[at.NEXT_FRAME]
+    if is_projected and row < loop.frames.shape[0]:
+        # As in `after_step.write_frames`: frames must not tell the guard where the run is.
+        copy(loop.y, loop.frames[row])
+        project_state(loop, loop.control[at.T], loop.frames[row], w.scratch[: projection_size(loop.sizes)])
