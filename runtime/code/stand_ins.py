@@ -8,20 +8,33 @@ vector code will take to make: a run takes at most twice as long as with either,
 
 from __future__ import annotations
 
+import contextlib
 import threading
 import time
 import weakref
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from symgen.runtime.code.call_block import CallBlock
 
-#: Whether vector code is made when it is first asked for: benchmarks measure it.
+#: Whether vector code is made when it is first asked for.
 at_once = False
 _PATIENCE = 2.0  # seconds of processor time
 _lock = threading.Lock()
 _waiting: weakref.WeakSet[CallBlock] = weakref.WeakSet()
 _spent = 0.0
+
+
+@contextlib.contextmanager
+def none() -> Iterator[None]:
+    """Make vector code when it is first asked for: for measurements."""
+    global at_once
+    before, at_once = at_once, True
+    try:
+        yield
+    finally:
+        at_once = before
 
 
 def wait(block: CallBlock) -> None:
