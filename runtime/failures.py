@@ -61,7 +61,9 @@ def failure_message(status: int, system: System, method: Method, arrays: LoopArr
             "choose larger units, or a smaller number."
         )
     undefined = status == at.NOT_FINITE and not np.isfinite(_row(system, arrays)).all()
-    if status in _MAY_BE_DEPENDENT and not undefined and not _left_constraints(system, arrays):
+    # A projection that failed began on the constraints: what they are there does tell.
+    blown_up = status != at.PROJECTION_FAILED and _left_constraints(system, arrays)
+    if status in _MAY_BE_DEPENDENT and not undefined and not blown_up:
         dependent = _dependent(status, system, method, arrays, when)
         if dependent:
             return dependent

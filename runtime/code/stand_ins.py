@@ -8,26 +8,44 @@ vector code will take to make: a run takes at most twice as long as with either,
 
 from __future__ import annotations
 
+import contextlib
 import threading
 import time
 import weakref
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
+from typing import Protocol
 
-if TYPE_CHECKING:
-    from symgen.runtime.code.call_block import CallBlock
 
-#: Whether vector code is made when it is first asked for: benchmarks measure it.
+class Call(Protocol):
+    """A call whose function has scalar code (a `CallBlock`)."""
+
+    def take_vector_code(self) -> None:
+        """Call the function's vector code from now on."""
+
+
+#: Whether vector code is made when it is first asked for.
 at_once = False
 _PATIENCE = 2.0  # seconds of processor time
 _lock = threading.Lock()
-_waiting: weakref.WeakSet[CallBlock] = weakref.WeakSet()
+_waiting: weakref.WeakSet[Call] = weakref.WeakSet()
 _spent = 0.0
 
 
-def wait(block: CallBlock) -> None:
-    """Let the calls of a block that has scalar code count, and go over to vector code when it pays."""
+@contextlib.contextmanager
+def none() -> Iterator[None]:
+    """Make vector code when it is first asked for: for measurements."""
+    global at_once
+    before, at_once = at_once, True
+    try:
+        yield
+    finally:
+        at_once = before
+
+
+def wait(call: Call) -> None:
+    """Let calls by a block that has scalar code count; it goes over to vector code when that pays."""
     with _lock:
-        _waiting.add(block)
+        _waiting.add(call)
 
 
 def any_waits() -> bool:
@@ -42,7 +60,7 @@ def note(since: float) -> None:
         _spent += time.thread_time() - since
         if _spent < _PATIENCE:
             return
-        _spent, blocks = 0.0, list(_waiting)
+        _spent, calls = 0.0, list(_waiting)
         _waiting.clear()
-    for block in blocks:
-        block.take_vector_code()
+    for call in calls:
+        call.take_vector_code()
