@@ -19,6 +19,7 @@ from symgen.runtime.contact.levels import Levels, NoSolution
 from symgen.runtime.contact.local_dynamics import LocalDynamics
 
 _ROUNDS = 40
+_FEW_ROUNDS = 2  # where there is something else to do if no forces are found
 _SWEEPS = 25  # of a round
 _NEWTON_STEPS = 50  # at the limit of what frictions hold it converges linearly
 _SOLVED = 1e-13  # of the largest force
@@ -124,8 +125,14 @@ def _of_what_touches(law: ContactLaw) -> tuple[ContactLaw, np.ndarray]:
     ), kept  # fmt: skip
 
 
-def circle_forces(law: ContactLaw) -> tuple[np.ndarray, np.ndarray]:
+def circle_forces(law: ContactLaw, *, briefly: bool = False) -> tuple[np.ndarray, np.ndarray]:
     """Find the forces of stops and frictions, and the levels of frictions, of a law with circles.
+
+    Parameters
+    ----------
+    law : ContactLaw
+    briefly : bool
+        Whether to give up soon.
 
     Returns
     -------
@@ -140,22 +147,22 @@ def circle_forces(law: ContactLaw) -> tuple[np.ndarray, np.ndarray]:
         raise NoSolution
     x = np.zeros(len(law.free))
     touching, kept = _of_what_touches(law)
-    x[kept] = _solved(touching)
+    x[kept] = _solved(touching, _FEW_ROUNDS if briefly else _ROUNDS)
     c, slope = law.levels.linear(law.here, x, float(law.driven))
     return x, c + slope @ x
 
 
-def _solved(law: ContactLaw) -> np.ndarray:
+def _solved(law: ContactLaw, rounds: int) -> np.ndarray:
     # All that is held shares the load evenly, where no friction is at its limit then.
     x, rows = np.zeros(len(law.free)), np.flatnonzero(law.acting)
     held = law.here.compliance[np.ix_(rows, rows)]
     x[rows] = -np.linalg.lstsq(held, law.free[rows], rcond=_REDUNDANT)[0]
-    for _ in range(_ROUNDS):
+    for k in range(rounds):
+        for _ in range(_SWEEPS if k else 0):
+            x = _sweep(law, x)
         found = _newton(law, x)
         if found is not None:
             return found
-        for _ in range(_SWEEPS):
-            x = _sweep(law, x)
     raise NoSolution
 
 

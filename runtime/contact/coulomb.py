@@ -109,6 +109,7 @@ def coulomb_forces(
     *,
     circles: np.ndarray = NO_CIRCLES,
     driven: bool = True,
+    briefly: bool = False,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Find the forces of stops and frictions, and the levels of frictions.
 
@@ -126,6 +127,8 @@ def coulomb_forces(
         Which of the frictions are the directions of one.
     driven : bool
         Whether constraints have reactions without these forces; impulses have not.
+    briefly : bool
+        Whether a search in circles gives up soon, where it mostly finds nothing.
 
     Returns
     -------
@@ -144,7 +147,7 @@ def coulomb_forces(
     still = acting[n_stops:]
     if still[circles].any():
         law = ContactLaw(here, free, acting, senses, levels, circles, driven)
-        return circle_forces(law)
+        return circle_forces(law, briefly=briefly)
     shift = np.where(still, 1.0, np.where(levels.coefficients > 0.0, senses, 0.0))
     x = np.zeros(n)
     for _ in range(_MOST_PASSES):

@@ -275,12 +275,14 @@ class Instant:
         return directions
 
     def _forces(
-        self, here: LocalDynamics, acting: np.ndarray, levels: Levels
+        self, here: LocalDynamics, acting: np.ndarray, levels: Levels, *, briefly: bool = False
     ) -> tuple[np.ndarray, np.ndarray]:
         directions = self._directions(here) if self.has_frictions else self.senses
         circles = self.layout.circles
         return self._solved(
-            lambda: coulomb_forces(here, here.free, acting, directions, levels, circles=circles)
+            lambda: coulomb_forces(
+                here, here.free, acting, directions, levels, circles=circles, briefly=briefly
+            )
         )
 
     def _solved(self, find: Callable[[], Any]) -> Any:

@@ -297,7 +297,7 @@ class Holding(LoneFriction):
 
         A gap that opens so slowly that its flight would stay below the tolerances of the run stays: there are no ever
         smaller rebounds. Points that rise at different speeds of one body that turns cannot all stick: where no forces
-        hold all of them, none that rises stays.
+        hold all of them, the one that rises fastest does not stay.
         """
         touching, heights = touching.copy(), self._gap_tolerances(here)
         rising = here.speeds[: self.n_stops] > self._speed_tolerances(here)[: self.n_stops]
@@ -306,11 +306,13 @@ class Holding(LoneFriction):
                 acting = touching
                 if self.has_frictions:
                     acting = np.concatenate([touching, still & self._pressed(touching)])
-                forces, most = self._forces(here, acting, levels)
+                # Where there are such forces, they are found soon; where not, a search would take a second each time.
+                forces, most = self._forces(here, acting, levels, briefly=bool((touching & rising).any()))
             except ContactError:
                 if not (touching & rising).any():
                     raise
-                touching &= ~rising
+                speeds = np.where(touching & rising, here.speeds[: self.n_stops], -np.inf)
+                touching[int(np.argmax(speeds))] = False
                 continue
             # Left out alone, a gap that is pressed shut would fall with this acceleration.
             pull = here.own[: self.n_stops] * forces[: self.n_stops]
@@ -352,9 +354,7 @@ class Holding(LoneFriction):
         sticks = waiting & held & (loads < (1.0 - close) * most)
         undecided = waiting & ~sticks & (together(np.abs(pulled)) <= small)
         if undecided.any():
-            later, forces, most = self._soon(
-                here, acting, waiting, forces, undecided & shared[self.n_stops :]
-            )
+            later, forces, most = self._soon(here, acting, forces, undecided & shared[self.n_stops :])
             soon = forces[self.n_stops :]
             sticks |= undecided & (together(np.abs(soon)) < (1.0 - 2.0 * LIMIT_ROUNDED) * most)
             if len(self.layout.circles):  # at its limit, but others hold on
@@ -372,12 +372,7 @@ class Holding(LoneFriction):
         return sticks, onset
 
     def _soon(
-        self,
-        here: LocalDynamics,
-        acting: np.ndarray,
-        waiting: np.ndarray,
-        forces: np.ndarray,
-        shared: np.ndarray,
+        self, here: LocalDynamics, acting: np.ndarray, forces: np.ndarray, shared: np.ndarray
     ) -> tuple[LocalDynamics, np.ndarray, np.ndarray]:
         """Return the equations a moment later, the forces and the levels there.
 
@@ -385,12 +380,24 @@ class Holding(LoneFriction):
         """
         small = UNDECIDED * here.sizes_of_free[self.n_stops :]
         for ahead in _MOMENTS:
-            later = self._later(here, forces, ahead)
-            found, most = self._forces(later, acting, self._levels(waiting, later))
+            later, found, most = self._forces_later(here, acting, forces, ahead)
             change = np.abs((later.free + later.compliance @ found)[self.n_stops :])
             if not shared.any() or (change > small)[shared].any():
                 break
         return later, found, most
+
+    def _forces_later(
+        self, here: LocalDynamics, acting: np.ndarray, forces: np.ndarray, ahead: float = AHEAD
+    ) -> tuple[LocalDynamics, np.ndarray, np.ndarray]:
+        """Return the equations a moment later, the forces and the levels there; those of now where there are none.
+
+        Where points still rise, their speeds part in a moment, and no forces hold all of them there.
+        """
+        later, still = self._later(here, forces, ahead), acting[self.n_stops :]
+        try:
+            return later, *self._forces(later, acting, self._levels(still, later))
+        except ContactError:
+            return here, forces, self._levels(still).at(here, forces)
 
     def _onset_in_plane(
         self,
@@ -567,9 +574,8 @@ class Holding(LoneFriction):
         """Which of the `weak` stops press a moment later, and which neither press nor open clearly there."""
         if not weak.any():
             return []
-        later = self._later(here, forces)
+        later, found, _ = self._forces_later(here, acting, forces)
         levels = self._levels(acting[self.n_stops :], later)
-        found, _ = self._forces(later, acting, levels)
         found = self._borne_by_few(later, acting, levels, found, same_motion=False)
         opening = later.free + later.compliance @ found - later.own * found
         opening -= here.free + here.compliance @ forces - here.own * forces
