@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 _NUMBERS, _LEAST, _MOST = 1_000_000, 64, 4096  # of a window: numbers of its states, and frames
 
 
-def window_size(ny: int) -> int:
-    """Return how many frames of `ny` numbers a window has at first."""
-    return int(np.clip(_NUMBERS // max(ny, 1), _LEAST, _MOST))
+def first_of(grid: FrameGrid, ny: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the times of the first window of frames of `ny` numbers [s], and which of them were asked for."""
+    return grid.after(-np.inf, int(np.clip(_NUMBERS // max(ny, 1), _LEAST, _MOST)))
 
 
 class Pieces:
@@ -79,18 +79,12 @@ class FrameWindow:
     """
 
     def __init__(self, system: System, grid: FrameGrid):
-        self._system, self._grid = system, grid
-        self.end = -np.inf
+        self._grid = grid
+        self._set_end(first_of(grid, system.ny)[0])
         self._passed = PassedFrames(system, most_kept(system.ny))
         self._n_taken = 0  # of the window
         self._resets_at_start = 0.0
         self.resets, self.forms = Pieces(), Pieces()
-
-    def first(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the times of the first window [s], and which of them were asked for."""
-        times, shown = self._grid.after(-np.inf, window_size(self._system.ny))
-        self._set_end(times)
-        return times, shown
 
     def _set_end(self, times: np.ndarray) -> None:
         self.end = np.inf if not len(times) or times[-1] >= self._grid.t_end else float(times[-1])

@@ -86,7 +86,7 @@ class PassedFrames:
             self._others.append(frames[~frames.shown])
         self._thinned.append(frames[shown[-self._n_shown % self._stride :: self._stride]])
         self._n_shown += len(shown)
-        if sum(map(len, self._thinned)) > self._most:
+        while sum(map(len, self._thinned)) > self._most:  # once, but for windows that have grown
             self._thinned = [Frames.joined(self._thinned)[::2]]
             self._stride *= 2
 

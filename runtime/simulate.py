@@ -175,7 +175,6 @@ def simulate(system: System, options: RunOptions, choice: Choice | None = None) 
     window = None
     if opening.grid is not None:
         window = frame_window.FrameWindow(system, opening.grid)
-        window.first()
         arrays.home = None  # their frames are not those of the next run
     run = Run(
         system, method, arrays, opening.shown if window is None else opening.shown.copy(), options.stops,
@@ -330,7 +329,7 @@ def _frames(
         grid = grid.with_more(timetable.in_pulses(grid.t_start, grid.t_end, grid.spacing))
     if ends_early:
         grid = grid.with_more(early_times(grid.t_start, grid.t_end))
-    return *frame_window.FrameWindow(system, grid).first(), grid
+    return *frame_window.first_of(grid, system.ny), grid
 
 
 def found_parameters(system: System, p: np.ndarray, options: RunOptions) -> tuple[np.ndarray, list[str]]:

@@ -1,9 +1,13 @@
-"""Records of step loops for tests that call one of their functions."""
+"""Step loops for tests: the record of one, to call its functions; a process without machine code of any."""
 
 from __future__ import annotations
 
-import numpy as np
+import sys
 
+import numpy as np
+import pytest
+
+from symgen.runtime.code.jitted import Jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.loop import Loop
 
@@ -16,3 +20,13 @@ def bare_loop(sizes: np.ndarray, p: np.ndarray, addresses: np.ndarray, y: np.nda
         addresses, sizes, p, control, counters, y, np.zeros(sizes[at.N_ROW]), none, none, rows, np.zeros((0, 2)),
         np.zeros((8, len(y))),
     )  # fmt: skip
+
+
+def forget_machine_code(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let no jitted function have machine code in this process, as if it had met none before."""
+    for module in list(sys.modules.values()):
+        if getattr(module, "__name__", "").startswith("symgen.runtime."):
+            for value in vars(module).values():
+                if isinstance(value, Jitted):
+                    monkeypatch.setattr(value, "_loaded", {})
+                    monkeypatch.setattr(value, "_stand_ins", set())

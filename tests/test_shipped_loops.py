@@ -10,10 +10,11 @@ from pathlib import Path
 import llvmlite.binding as llvm
 import numpy as np
 import pytest
+from loops import forget_machine_code
 from ship_loops import is_current
 
 from symgen.runtime import load
-from symgen.runtime.code import jitted, native, shipped
+from symgen.runtime.code import compiler, jitted, native, shipped, stand_ins
 from symgen.runtime.code.jitted import DISABLE_JIT, Jitted
 from symgen.runtime.integrate.methods import METHODS
 
@@ -61,11 +62,7 @@ def nothing_loaded(monkeypatch, tmp_path):
     monkeypatch.setenv("SYMGEN_CACHE_DIR", str(tmp_path / "cache"))
 
     def forget() -> None:
-        for module in list(sys.modules.values()):
-            if getattr(module, "__name__", "").startswith("symgen.runtime."):
-                for value in vars(module).values():
-                    if isinstance(value, Jitted):
-                        monkeypatch.setattr(value, "_loaded", {})
+        forget_machine_code(monkeypatch)
 
     forget()
     return forget
@@ -76,7 +73,16 @@ def test_vector_code_has_the_same_bits(method, nothing_loaded, monkeypatch):
     scalar = double_pendulum_end(method)
     nothing_loaded()
     monkeypatch.setattr(jitted, "_FEW_STATES", 0)
-    assert double_pendulum_end(method) == scalar
+    made, emit = [], compiler.emit
+
+    def noted(bitcode, *, vectorised):
+        made.append(vectorised)
+        return emit(bitcode, vectorised=vectorised)
+
+    monkeypatch.setattr(compiler, "emit", noted)
+    with stand_ins.none():
+        assert double_pendulum_end(method) == scalar
+    assert True in made
 
 
 @pytest.mark.slow

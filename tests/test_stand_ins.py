@@ -2,25 +2,13 @@
 
 from __future__ import annotations
 
-import sys
-
 import numpy as np
 import pytest
+from loops import forget_machine_code
 
 from symgen import Model, dot
 from symgen.link import derive
 from symgen.runtime.code import compiler, jitted, stand_ins
-from symgen.runtime.code.jitted import Jitted
-
-
-def forget(monkeypatch):
-    """Let no function have machine code in this process."""
-    for module in list(sys.modules.values()):
-        if getattr(module, "__name__", "").startswith("symgen.runtime."):
-            for value in vars(module).values():
-                if isinstance(value, Jitted):
-                    monkeypatch.setattr(value, "_loaded", {})
-                    monkeypatch.setattr(value, "_stand_ins", set())
 
 
 @pytest.fixture
@@ -28,7 +16,7 @@ def emitted(tmp_path, monkeypatch):
     """A machine that has no machine code yet; the list of what is made of long loops: True for vector code."""
     (tmp_path / "cache").mkdir(mode=0o700)
     monkeypatch.setenv("SYMGEN_CACHE_DIR", str(tmp_path / "cache"))
-    forget(monkeypatch)
+    forget_machine_code(monkeypatch)
     made, emit = [], compiler.emit
 
     def noted(bitcode, *, vectorised):
@@ -74,7 +62,7 @@ def test_vector_code_that_is_there_is_taken_at_once(emitted, monkeypatch):
     with stand_ins.none():
         end(system)
     assert emitted == [True]
-    forget(monkeypatch)
+    forget_machine_code(monkeypatch)
     end(row_of_masses())
     assert emitted == [True]
     assert not stand_ins.any_waits()

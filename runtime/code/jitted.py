@@ -75,7 +75,7 @@ class Jitted:
 
     def stands_in(self, *args: Any) -> bool:
         """Whether scalar code stands in for the vector code that arguments of these types ask for."""
-        return (native.signature(args), _is_large(args)) in self._stand_ins
+        return bool(self._stand_ins) and (native.signature(args), _is_large(args)) in self._stand_ins
 
     def with_vectors(self, *args: Any) -> native.NativeFunction:
         """Return the vector code for arguments of these types, which its calls take from now on."""
