@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import sys
+import weakref
 
 import numpy as np
 import pytest
 
+from symgen.runtime.code import stand_ins
 from symgen.runtime.code.jitted import Jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.loop import Loop
@@ -23,7 +25,11 @@ def bare_loop(sizes: np.ndarray, p: np.ndarray, addresses: np.ndarray, y: np.nda
 
 
 def forget_machine_code(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let no jitted function have machine code in this process, as if it had met none before."""
+    """Let no jitted function have machine code in this process, as if it had met none before.
+
+    Calls that were made before and still live do not wait for vector code meanwhile: their functions are forgotten.
+    """
+    monkeypatch.setattr(stand_ins, "_waiting", weakref.WeakSet())
     for module in list(sys.modules.values()):
         if getattr(module, "__name__", "").startswith("symgen.runtime."):
             for value in vars(module).values():
