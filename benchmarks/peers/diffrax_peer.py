@@ -44,6 +44,8 @@ def main() -> None:
         send("diffrax", diffrax.__version__, says=says)
         return
     jax.config.update("jax_enable_x64", True)
+    # Time of another thread that still runs is not counted yet when its process is asked.
+    jax.config.update("jax_cpu_enable_async_dispatch", False)
     for name, solver in SOLVERS.items():
         integrate = compiled(job, solver())
 
