@@ -138,6 +138,90 @@ class Plan:
         return {name: float(x) for name, x in zip(names, p, strict=False) if name not in left_out}
 
 
+@record(eq=False)
+class _Asked:
+    """What an ensemble goes from, once names and values are looked at.
+
+    Attributes
+    ----------
+    system : System
+    options : EnsembleOptions
+    columns : list of Column
+        What varies.
+    moving : dict
+        Inputs over time that are not the model's own.
+    own : frozenset of str
+        Inputs over time that the model says.
+    members : Members
+    p : ndarray, shape (n_p,)
+        What all members go from.
+    single : RunOptions
+        How a member is run by itself, but for what varies.
+    rows, state : ndarray, shape (1, n_p) and (NY,)
+        Parameters and start of the first member that can begin.
+    starts : Starts
+    """
+
+    system: System
+    options: EnsembleOptions
+    columns: list[Column]
+    moving: dict[Any, Any]
+    own: frozenset[str]
+    members: Members
+    p: np.ndarray
+    single: RunOptions
+    rows: np.ndarray
+    starts: Starts
+    state: np.ndarray
+
+    @functools.cached_property
+    def driven(self) -> DrivenSystem | None:
+        """The model with the inputs over time of the first member; None where it has none."""
+        return self._driven(0)
+
+    @functools.cached_property
+    def driven_as(self) -> Callable[[int], System]:
+        """The model with the inputs over time of a member, by its number."""
+        if any(map(is_noise, self.moving.values())):
+            return functools.cache(lambda number: self._driven(number) or self.system)
+        return lambda number: self.driven or self.system
+
+    def _driven(self, number: int) -> DrivenSystem | None:
+        single = self.single
+        over_time = _inputs_of(self.moving, self.options.seed, number, single.t_start, single.t_end)
+        over_time |= _said_by_model(self.system, self.own - {*self.moving})
+        if not over_time:
+            return None
+        return drive.drive(self.system, over_time, self.rows[0], single.t_start, single.t_end)
+
+    @functools.cached_property
+    def objection(self) -> str:
+        """What neither lanes nor devices can do of it; an empty string where there is nothing."""
+        found = _objection(self.system, self.driven)
+        if not found and self.system.switches and self.options.device != "cpu":
+            return "stops and friction are for processors"
+        return found
+
+    def settings(
+        self, p: np.ndarray, state: np.ndarray, method: Method, frame_times: np.ndarray, choice: Choice | None
+    ) -> tuple[BatchSettings | None, Method, str, list[str]]:
+        """Return settings for lanes by a member, the method that they are for, why there are none, and notes."""
+        model = self.driven or self.system
+        return _settings(
+            model, self.system, p, state, self.single, method, frame_times, self.members.n, choice
+        )
+
+    def with_breaks(
+        self, p: np.ndarray, method: Method, settings: BatchSettings
+    ) -> tuple[BatchSettings | None, str]:
+        """Return the settings with what steps land on, or why there are none."""
+        breaks, objection = _breaks(
+            self.system, self.driven, p, self.columns, self.starts, self.moving, self.single, method, settings,
+            self.options,
+        )  # fmt: skip
+        return (None, objection) if objection else (replace(settings, breaks=breaks), "")
+
+
 def make_plan(system: System, options: EnsembleOptions, choice: Choice | None = None) -> Plan:
     """Check what is asked for, and choose how to do it.
 
@@ -151,118 +235,111 @@ def make_plan(system: System, options: EnsembleOptions, choice: Choice | None = 
     RuntimeModelError
         An option does not fit the model; none of the first members can begin.
     """
+    asked = _look_at(system, options)
+    treatment, _, notes = choose_constraints("auto", system, options.method)
+    method, choice, more = _method(asked, choice)
+    notes = [*notes, *more]
+    frame_times = _frame_times(options, asked.single)
+    settings, method, objection, more = _how_in_lanes(asked, method, frame_times, choice)
+    notes = [*notes, *more]
+    if objection:
+        notes.append(f"members run one after another, not in lanes: {objection}")
+    if options.device != "cpu":
+        device.check(system, settings, objection)
+    single = replace(asked.single, method=method.name)
+    if settings is not None:
+        single = replace(single, step=settings.step or None)
+    drift = min(_LARGEST_DRIFT, max(_LEAST_DRIFT, _DRIFT_PER_RTOL * single.rtol))
+    return Plan(
+        system, options, asked.members, asked.p, asked.starts, single, method.name, treatment, settings,
+        frame_times, drift * asked.starts.smallest_scale, notes, asked.rows[0], asked.state, asked.moving,
+        asked.own, choice,
+    )  # fmt: skip
+
+
+def _look_at(system: System, options: EnsembleOptions) -> _Asked:
+    """Check names and values, and find a member that can begin."""
     columns, fixed, moving = _columns(system, options)
     noisy = any(map(is_noise, moving.values()))
     members = Members(columns, options.n, options.seed, options.design, noisy=noisy)
-    rtol = max(float(options.rtol), SMALLEST_RTOL)
     single = RunOptions(
-        t_end=options.t_end, method=options.method, rtol=rtol, atol=options.atol, step=options.step,
-        parameters=fixed["parameters"], start=fixed["start"], rate=fixed["rate"], t_start=options.t_start,
-        max_steps=options.max_steps, energy_scaling=options.energy_scaling,
+        t_end=options.t_end, method=options.method, rtol=max(float(options.rtol), SMALLEST_RTOL),
+        atol=options.atol, step=options.step, parameters=fixed["parameters"], start=fixed["start"],
+        rate=fixed["rate"], t_start=options.t_start, max_steps=options.max_steps,
+        energy_scaling=options.energy_scaling,
     ).for_model(system)  # fmt: skip
     p = system.parameter_values(fixed["parameters"])
     rows, starts, state = _first_that_begins(system, members, p, single.t_start, fixed, columns)
-    treatment, _, notes = choose_constraints("auto", system, options.method)
     constant = {*fixed["parameters"], *(c.name for c in columns)}
     own = frozenset(
         r["name"] for r in system.inputs if ("table" in r or "polynomial" in r) and r["name"] not in constant
     )
-    over_time = _inputs_of(moving, options.seed, 0, single.t_start, single.t_end)
-    over_time |= _said_by_model(system, own - {*moving})
-    driven = drive.drive(system, over_time, rows[0], single.t_start, single.t_end) if over_time else None
-    objection = _objection(system, driven)
-    if system.switches and options.device != "cpu":
-        objection = objection or "stops and friction are for processors"
+    return _Asked(system, options, columns, moving, own, members, p, single, rows, starts, state)
+
+
+def _method(asked: _Asked, choice: Choice | None) -> tuple[Method, Choice | None, list[str]]:
+    """Return the method that is asked for or chosen, the choice for all members, and notes."""
+    options, system = asked.options, asked.system
     if options.method != "auto":
-        choice = None
-        method, more = choose_method(driven or system, rows[0], state, single)
-    else:
-        in_lanes = not objection and options.device == "cpu" and not system.switches
-
-        def settings_of(name: str, first: np.ndarray, state: np.ndarray) -> BatchSettings | None:
-            found, method, *_ = _settings(
-                driven or system, system, first, state, single, METHODS[name], np.zeros(0), members.n
-            )
-            if found is None or driven is None:
-                return found
-            breaks, why = _breaks(
-                system, driven, first, columns, starts, moving, single, method, found, options
-            )
-            return None if why else replace(found, breaks=breaks)
-
-        @functools.cache
-        def driven_as(number: int) -> System:
-            if driven is None or not noisy:
-                return driven or system
-            given = over_time | _inputs_of(moving, options.seed, number, single.t_start, single.t_end)
-            return drive.drive(system, given, rows[0], single.t_start, single.t_end)
-
-        choice = choice or _choose(
-            system, driven_as, members, p, starts, single, settings_of if in_lanes else None
-        )
-        method, more = METHODS[choice.method], choice.notes
-    notes = [*notes, *more]
-    if options.method == "auto" and options.device != "cpu" and method.name == SERIES:
+        method, notes = choose_method(asked.driven or system, asked.rows[0], asked.state, asked.single)
+        return method, None, notes
+    choice = choice or _choose(asked)
+    method, notes = METHODS[choice.method], list(choice.notes)
+    if options.device != "cpu" and method.name == SERIES:
         method = METHODS[EXPLICIT]
         notes.append(
             f"{EXPLICIT} on the device: series keep much in memory, and take several times as long there"
         )
-    frame_times = _frame_times(options, single)
-    settings = None
-    if not objection:
-        settings, method, objection, more = _settings(
-            driven or system, system, rows[0], state, single, method, frame_times, members.n, choice
-        )
-        notes = [*notes, *more]
+    return method, choice, notes
+
+
+def _how_in_lanes(
+    asked: _Asked, method: Method, frame_times: np.ndarray, choice: Choice | None
+) -> tuple[BatchSettings | None, Method, str, list[str]]:
+    """Return settings for lanes, the method that they are for, why there are none, and notes."""
+    if asked.objection:
+        return None, method, asked.objection, []
+    p, system = asked.rows[0], asked.system
+    settings, method, objection, notes = asked.settings(p, asked.state, method, frame_times, choice)
     if settings is not None:
-        breaks, objection = _breaks(
-            system, driven, rows[0], columns, starts, moving, single, method, settings, options
-        )
-        settings = None if objection else replace(settings, breaks=breaks)
-    if len(starts.redundant) > len(system.dependent) and not objection:
+        settings, objection = asked.with_breaks(p, method, settings)
+    if len(asked.starts.redundant) > len(system.dependent) and not objection:
         settings, objection = None, "constraints follow from others at the start"
-    if options.device != "cpu" and not objection:
+    if asked.options.device != "cpu" and not objection:
         if method.name not in ON_DEVICES:
             settings, objection = None, f"method {method.name} is for processors"
         elif settings.breaks is not None:
             settings, objection = None, "inputs over time, and what steps have to land on, are for processors"
-    if objection:
-        notes.append(f"members run one after another, not in lanes: {objection}")
-    if settings is not None:
-        single = replace(single, step=settings.step or None)
-    if options.device != "cpu":
-        device.check(system, settings, objection)
-    drift = min(_LARGEST_DRIFT, max(_LEAST_DRIFT, _DRIFT_PER_RTOL * rtol))
-    return Plan(
-        system, options, members, p, starts, replace(single, method=method.name), method.name, treatment, settings,
-        frame_times, drift * starts.smallest_scale, notes, rows[0], state, moving, own, choice,
-    )  # fmt: skip
+    return settings, method, objection, notes
 
 
-def _choose(
-    system: System, driven_as: Callable[[int], System], members: Members, p: np.ndarray, starts: Starts,
-    single: RunOptions, settings_of: Callable[[str, np.ndarray, np.ndarray], BatchSettings | None] | None,
-) -> Choice:  # fmt: skip
+def _choose(asked: _Asked) -> Choice:
     """Choose method and order for all members by a sample of them."""
-    rows, states, varied = [], [], {}
+    system, members = asked.system, asked.members
+    rows, varied = [], {}
     numbers = numbers_of_sample(members.n)
     for number in numbers:
-        parameters, values = members.arrays(p, number, number + 1)
+        parameters, values = members.arrays(asked.p, number, number + 1)
         rows.append(parameters[0])
         varied = {name: [*varied.get(name, []), *found] for name, found in values.items()}
     rows = np.array(rows)
-    states, failures = starts.of(rows, {name: np.array(found) for name, found in varied.items()})
+    states, failures = asked.starts.of(rows, {name: np.array(found) for name, found in varied.items()})
     sound = [k for k in range(len(rows)) if k not in failures and np.isfinite(states[k]).all()]
     chosen = np.array(numbers)[sound]
-    sample = Sample(rows[sound], states[sound], members.n, chosen, lambda k: driven_as(int(chosen[k])))
+    sample = Sample(rows[sound], states[sound], members.n, chosen, lambda k: asked.driven_as(int(chosen[k])))
     found = None
-    if settings_of is not None and sample.tells:
+    in_lanes = not asked.objection and asked.options.device == "cpu" and not system.switches
+    if in_lanes and sample.tells:
 
         def settings_for(name: str) -> BatchSettings | None:
-            return settings_of(name, sample.parameters[0], sample.starts[0])
+            first, state = sample.parameters[0], sample.starts[0]
+            settings, method, *_ = asked.settings(first, state, METHODS[name], np.zeros(0), None)
+            if settings is None or asked.driven is None:
+                return settings
+            return asked.with_breaks(first, method, settings)[0]
 
-        found = choose_once(system, sample, single, settings_for)
-    return found or choose_by_looks(sample, single)
+        found = choose_once(system, sample, asked.single, settings_for)
+    return found or choose_by_looks(sample, asked.single)
 
 
 def _inputs_of(

@@ -6,7 +6,7 @@ of a capsule, the corners of a mesh. Each has a gap of its own; `contact_geometr
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from ..errors import nearest
@@ -37,41 +37,10 @@ def make_pair(model: Declared, name: str, given: Mapping[str, Any]) -> ContactPa
     """A contact of shapes from the arguments of `Model.contact`."""
     table, sources = f"contacts.{name}", model._sources
     given = {key: value for key, value in given.items() if value is not None}
-
-    def error(key: str, message: str, hint: str):
-        return sources.error(table, key, message, hint=hint)
-
-    for key in ("gap", "slip"):
-        if key in given:
-            raise error(key, f"'{key}' follows from the shape of the 'body'", "leave one of the two out")
-    for key in ("body", "plane", "other"):
-        fault = None if key not in given else name_fault(given[key], element=True)
-        if fault is not None:
-            what = "a frame, whose x-y plane it is" if key == "plane" else "a body"
-            raise error(key, f"the name of {what} is expected here; {fault}", 'for example body = "die"')
-    for key in ("plane", "height"):
-        if key in given and "other" in given:
-            raise error(key, f"a body touches a {key} or another body", f"leave out '{key}', or 'other'")
-    if "other_shape" in given and "other" not in given:
-        raise error("other_shape", "'other_shape' is that of an 'other' body", "give 'other', too")
     compliant = "stiffness" in given
-    for key in RIGID if compliant else COMPLIANT:
-        if key in given:
-            what = "has no 'stiffness'" if not compliant else "has a 'stiffness'"
-            hint = "it is rigid: leave it out" if not compliant else "its losses are those of 'damping'"
-            raise error(key, f"'{key}' has no effect in a contact that {what}", hint)
-    if "friction" not in given:
-        for key in ("static", "smooth"):
-            if key in given:
-                raise error(key, f"'{key}' goes with a coefficient of 'friction'", "give it, too")
-    elif compliant and "smooth" not in given:
-        message = (
-            "friction of a contact with a 'stiffness' needs 'smooth', the speed below which it gives way"
-        )
-        raise error("smooth", message, 'for example smooth = "1e-3 m/s"')
-    elif "static" in given and "smooth" in given:
-        message = "friction with 'smooth' never sticks: 'static' has no effect"
-        raise error("static", message, "leave one of them out")
+    for fault in (*_faults_of_places(given), *_faults_of_laws(given, compliant)):
+        key, message, hint = fault
+        raise sources.error(table, key, message, hint=hint)
     shapes = {
         key: make_shapes(model, table, key, given[key]) for key in ("shape", "other_shape") if key in given
     }
@@ -92,6 +61,44 @@ def make_pair(model: Declared, name: str, given: Mapping[str, Any]) -> ContactPa
         shapes.get("other_shape", ()),
         **values,
     )
+
+
+def _faults_of_places(given: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
+    """Yield what is wrong with what touches what: key, message, remedy."""
+    for key in ("gap", "slip"):
+        if key in given:
+            yield key, f"'{key}' follows from the shape of the 'body'", "leave one of the two out"
+    for key in ("body", "plane", "other"):
+        fault = None if key not in given else name_fault(given[key], element=True)
+        if fault is not None:
+            what = "a frame, whose x-y plane it is" if key == "plane" else "a body"
+            yield key, f"the name of {what} is expected here; {fault}", 'for example body = "die"'
+    for key in ("plane", "height"):
+        if key in given and "other" in given:
+            yield key, f"a body touches a {key} or another body", f"leave out '{key}', or 'other'"
+    if "other_shape" in given and "other" not in given:
+        yield "other_shape", "'other_shape' is that of an 'other' body", "give 'other', too"
+
+
+def _faults_of_laws(given: Mapping[str, Any], compliant: bool) -> Iterator[tuple[str, str, str]]:
+    """Yield what is wrong with the laws of force and friction: key, message, remedy."""
+    for key in RIGID if compliant else COMPLIANT:
+        if key in given:
+            what = "has no 'stiffness'" if not compliant else "has a 'stiffness'"
+            hint = "it is rigid: leave it out" if not compliant else "its losses are those of 'damping'"
+            yield key, f"'{key}' has no effect in a contact that {what}", hint
+    if "friction" not in given:
+        for key in ("static", "smooth"):
+            if key in given:
+                yield key, f"'{key}' goes with a coefficient of 'friction'", "give it, too"
+    elif compliant and "smooth" not in given:
+        message = (
+            "friction of a contact with a 'stiffness' needs 'smooth', the speed below which it gives way"
+        )
+        yield "smooth", message, 'for example smooth = "1e-3 m/s"'
+    elif "static" in given and "smooth" in given:
+        message = "friction with 'smooth' never sticks: 'static' has no effect"
+        yield "static", message, "leave one of them out"
 
 
 def check_pairs(d: Description, sources: Sources) -> None:

@@ -17,7 +17,7 @@ from .given import given_expression, is_listed, is_symbol, unpacked
 from .items import DRAWINGS, drawing_key
 from .mesh import volume_of
 from .names import reference_fault
-from .solids import FORMS, given_sizes, make_solids, together
+from .solids import FORMS, Inertia, given_sizes, make_solids, together
 from .sources import Sources
 
 DRAWN = ("box", "sphere", "cylinder", "capsule")  # what viewers have themselves
@@ -47,32 +47,9 @@ def make_body(
         )
     placed = _given(com)
     position = _expressions(model, com, table, "com", (2, 3)) if placed else ()
-    drawn, solids = None, ()
     shape, color = without_colour(shape, sources, table)
-    if density is None and _is_drawn_alone(shape):
-        drawn = None if shape is None else _shape(model, table, shape)
-    elif density is None and isinstance(shape, Mapping) and {*shape} == {"mesh", "offset"}:
-        offset = model._components(shape["offset"], table, "shape.offset")
-        solids = (
-            Solid("mesh", (), False, "shape", offset, mesh=_mesh(model, table, "shape.mesh", shape["mesh"])),
-        )
-    elif isinstance(shape, Mapping) and list(shape) == ["mesh"]:
-        solids = (_heavy_mesh(model, table, shape["mesh"], density),)
-    else:
-        solids = make_solids(model, table, {} if shape is None else shape, density, len(position) == 2)
-    try:
-        made = together(solids)
-    except OverflowError:
-        message = "the mass or inertia of the shapes is beyond what numbers hold"
-        raise sources.error(table, "shape", message, hint="look at their sizes and densities") from None
-    if made is not None:
-        for key, value in (("mass", mass), ("inertia", inertia)):
-            if value is not None:
-                message = f"'{key}' follows from the shapes, which have a density"
-                raise sources.error(table, key, message, hint=f"leave out '{key}', or 'density'")
-    elif mass is None and inertia is None:
-        hint = "mass = 0 makes one that is drawn only; a 'density' makes shapes heavy"
-        raise sources.error(table, "", "a body needs a mass, an inertia or both", hint=hint)
+    drawn, solids = _shapes(model, table, shape, density, planar=len(position) == 2)
+    made = _heavy(model, table, solids, mass, inertia)
     turned = _rotation(model, table, rotation)
     if placed:
         planar = len(position) == 2
@@ -101,6 +78,40 @@ def make_body(
         inertia=made.tensor[2:3] if planar else made.tensor[: 6 if any(made.tensor[3:]) else 3],
         centred=not placed,
     )
+
+
+def _shapes(
+    model: Declared, table: str, shape: Any, density: Any, *, planar: bool
+) -> tuple[Shape | None, tuple[Solid, ...]]:
+    """The shape that is drawn only, or None, and the solids that touch, weigh or are drawn where they lie."""
+    if density is None and _is_drawn_alone(shape):
+        return None if shape is None else _shape(model, table, shape), ()
+    if density is None and isinstance(shape, Mapping) and {*shape} == {"mesh", "offset"}:
+        offset = model._components(shape["offset"], table, "shape.offset")
+        mesh = _mesh(model, table, "shape.mesh", shape["mesh"])
+        return None, (Solid("mesh", (), False, "shape", offset, mesh=mesh),)
+    if isinstance(shape, Mapping) and list(shape) == ["mesh"]:
+        return None, (_heavy_mesh(model, table, shape["mesh"], density),)
+    return None, make_solids(model, table, {} if shape is None else shape, density, planar)
+
+
+def _heavy(model: Declared, table: str, solids: tuple[Solid, ...], mass: Any, inertia: Any) -> Inertia | None:
+    """What solids with a density weigh together, None without; the mass and inertia that are given must fit that."""
+    sources = model._sources
+    try:
+        made = together(solids)
+    except OverflowError:
+        message = "the mass or inertia of the shapes is beyond what numbers hold"
+        raise sources.error(table, "shape", message, hint="look at their sizes and densities") from None
+    if made is not None:
+        for key, value in (("mass", mass), ("inertia", inertia)):
+            if value is not None:
+                message = f"'{key}' follows from the shapes, which have a density"
+                raise sources.error(table, key, message, hint=f"leave out '{key}', or 'density'")
+    elif mass is None and inertia is None:
+        hint = "mass = 0 makes one that is drawn only; a 'density' makes shapes heavy"
+        raise sources.error(table, "", "a body needs a mass, an inertia or both", hint=hint)
+    return made
 
 
 def _is_drawn_alone(shape: Any) -> bool:
