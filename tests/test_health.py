@@ -296,6 +296,22 @@ def test_rejected_and_tiny_steps(swing):
     assert _notes(_altered(swing, step_log=log)) == ["step size"]
 
 
+def test_steps_from_one_side_of_a_choice_to_the_other_are_none_that_are_too_small():
+    model = Model("hung", gravity=(0, "-9.81 m/s^2"))
+    y = model.coordinate("y", start=0, unit="m")
+    model.body("ball", mass="1 kg", com=(0, y))
+    rope = {"stiffness": "40 N/m", "damping": "0.2 N*s/m", "acts": "pull"}
+    for name, length in (("long", 1.4), ("short", 1.2)):
+        ends = model.point(name, "ball", (0, 0)), model.point(f"{name}_top", at=(0, 1))
+        model.spring(f"{name}_rope", points=ends, length=length, **rope)
+    run = model.derive().run(5.0, method="taylor", rtol=1e-4)
+    assert np.mean(run.step_log[:, 1] < 1e-14) > 0.05
+    assert _notes(run) == []
+    log = run.step_log.copy()
+    log[: len(log) // 3, 1] = 1e-16
+    assert _notes(_altered(run, step_log=log)) == ["step size"]
+
+
 def _notes(solution: Solution) -> list[str]:
     """Return what is noted of a run that nothing is said against."""
     assert solution.ok

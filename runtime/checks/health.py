@@ -368,13 +368,22 @@ def _steps(solution: Solution) -> Iterator[HealthCheck]:
             solution.t_end,
         ]
         short = h <= _TINY_STEP * np.maximum(np.abs(t), span)
-        # Some end where an event or a stop time is, which may be at once.
-        tiny = float(np.count_nonzero(~np.isin(t[short], cut))) / len(h)
+        # Some end where an event or a stop time is, which may be at once; some go from one side of a choice to the
+        # other, each choice once at an instant.
+        short &= ~np.isin(t, cut)
+        tiny = float(np.count_nonzero(_beyond(short, len(solution.system.jumps)))) / len(h)
     found = f"steps from {shortest:.3g} to {h.max():.3g} s"
     advice = (
         f"{found}: {tiny:.0%} of them can be told from zero only just; rtol may be too small for this model"
     )
     yield advised("step size", tiny, _MOST_TINY, found, advice)
+
+
+def _beyond(marks: np.ndarray, n: int) -> np.ndarray:
+    """Return those marks that at least n marks in a row stand before."""
+    place = np.arange(len(marks))
+    last_without = np.maximum.accumulate(np.where(marks, -1, place))
+    return marks & (place - last_without > n)
 
 
 def _resolution(solution: Solution, method: Method) -> Iterator[HealthCheck]:
