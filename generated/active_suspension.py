@@ -89,6 +89,7 @@ MODEL = {
         "outputs": 125,
         "events": 31,
         "marks": 2,
+        "limits": 0,
         "time_terms": 11,
     },
     "hoisted": {
@@ -105,6 +106,10 @@ MODEL = {
         "t_end": 3.0,
         "fps": 100.0,
     },
+    "limits": [
+        {"name": "bodies.body.mass", "bound": "zero or more"},
+        {"name": "bodies.wheel.mass", "bound": "zero or more"},
+    ],
     "states": [
         2,
         3,
@@ -676,6 +681,15 @@ def marks(t, y, p, out):
     out[12] = 0.25
     out[13] = x1
     out[16] = v_force
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 0 operations."""
+    p_m_body = p[0]
+    p_m_wheel = p[1]
+    out[0] = p_m_body
+    out[1] = p_m_wheel
 
 
 @njit(error_model="numpy")

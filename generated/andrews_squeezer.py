@@ -137,6 +137,7 @@ MODEL = {
         "shapes": 4,
         "outputs": 0,
         "marks": 22,
+        "limits": 4,
     },
     "hoisted": {
         "rhs": 34,
@@ -154,6 +155,30 @@ MODEL = {
         "t_end": 0.03,
         "fps": 10000.0,
     },
+    "limits": [
+        {"name": "bodies.K1.mass", "bound": "zero or more"},
+        {"name": "bodies.K1.inertia", "bound": "zero or more"},
+        {"name": "bodies.K2.mass", "bound": "zero or more"},
+        {"name": "bodies.K2.inertia", "bound": "zero or more"},
+        {"name": "bodies.K3.mass", "bound": "zero or more"},
+        {"name": "bodies.K3.inertia", "bound": "zero or more"},
+        {"name": "bodies.K4.mass", "bound": "zero or more"},
+        {"name": "bodies.K4.inertia", "bound": "zero or more"},
+        {"name": "bodies.K5.mass", "bound": "zero or more"},
+        {"name": "bodies.K5.inertia", "bound": "zero or more"},
+        {"name": "bodies.K6.mass", "bound": "zero or more"},
+        {"name": "bodies.K6.inertia", "bound": "zero or more"},
+        {"name": "bodies.K7.mass", "bound": "zero or more"},
+        {"name": "bodies.K7.inertia", "bound": "zero or more"},
+        {"name": "bodies.K1_bar.shape.capsule[1]", "bound": "zero or more"},
+        {"name": "bodies.K2_bar.shape.capsule[1]", "bound": "zero or more"},
+        {"name": "bodies.K3_bar.shape.capsule[1]", "bound": "zero or more"},
+        {"name": "bodies.K3_arm.shape.capsule[1]", "bound": "zero or more"},
+        {"name": "bodies.K4_bar.shape.capsule[1]", "bound": "zero or more"},
+        {"name": "bodies.K5_bar.shape.capsule[1]", "bound": "zero or more"},
+        {"name": "bodies.K6_bar.shape.capsule[1]", "bound": "zero or more"},
+        {"name": "bodies.K7_bar.shape.capsule[1]", "bound": "zero or more"},
+    ],
     "subsystems": [],
     "marks": [
         {"kind": "pin", "name": "K1_bar_1", "body": "K1_bar", "numbers": 6},
@@ -2196,3 +2221,54 @@ def marks(t, y, p, out):
     out[76] = p_yb + p_sd*x1 - p_sc*x0
     out[78] = p_xc
     out[79] = p_yc
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 4 operations."""
+    p_m1 = p[0]
+    p_m2 = p[1]
+    p_m3 = p[2]
+    p_m4 = p[3]
+    p_m5 = p[4]
+    p_m6 = p[5]
+    p_m7 = p[6]
+    p_I1 = p[7]
+    p_I2 = p[8]
+    p_I3 = p[9]
+    p_I4 = p[10]
+    p_I5 = p[11]
+    p_I6 = p[12]
+    p_I7 = p[13]
+    p_d = p[20]
+    p_e = p[22]
+    p_rr = p[24]
+    p_ss = p[26]
+    p_sc = p[29]
+    p_sd = p[30]
+    p_u = p[33]
+    p_zf = p[36]
+    p_zt = p[37]
+    c0 = sqrt(p_sc*p_sc + p_sd*p_sd)
+    out[0] = p_m1
+    out[1] = p_I1
+    out[2] = p_m2
+    out[3] = p_I2
+    out[4] = p_m3
+    out[5] = p_I3
+    out[6] = p_m4
+    out[7] = p_I4
+    out[8] = p_m5
+    out[9] = p_I5
+    out[10] = p_m6
+    out[11] = p_I6
+    out[12] = p_m7
+    out[13] = p_I7
+    out[14] = p_rr
+    out[15] = p_d
+    out[16] = p_ss
+    out[17] = c0
+    out[18] = p_e
+    out[19] = p_zt
+    out[20] = p_zf
+    out[21] = p_u

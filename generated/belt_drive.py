@@ -97,6 +97,7 @@ MODEL = {
         "outputs": 13,
         "events": 11,
         "marks": 26,
+        "limits": 3,
     },
     "hoisted": {
         "rhs": 16,
@@ -113,6 +114,21 @@ MODEL = {
         "fps": 60.0,
     },
     "sensed": True,
+    "limits": [
+        {"name": "bodies.motor.shape[0].cylinder[0]", "bound": "positive"},
+        {"name": "bodies.motor.shape[1].box[0]", "bound": "positive"},
+        {"name": "bodies.motor.inertia[0]", "bound": "zero or more"},
+        {"name": "bodies.motor.inertia", "bound": "a tensor without negative moments", "numbers": 3},
+        {"name": "bodies.fan.shape[0].cylinder[0]", "bound": "positive"},
+        {"name": "bodies.fan.shape[1].cylinder[0]", "bound": "positive"},
+        {"name": "bodies.fan.shape[2].box[0]", "bound": "positive"},
+        {"name": "bodies.fan.inertia[0]", "bound": "zero or more"},
+        {"name": "bodies.fan.inertia", "bound": "a tensor without negative moments", "numbers": 3},
+        {"name": "bodies.pump.shape[0].cylinder[0]", "bound": "positive"},
+        {"name": "bodies.pump.shape[1].box[0]", "bound": "positive"},
+        {"name": "bodies.pump.inertia[0]", "bound": "zero or more"},
+        {"name": "bodies.pump.inertia", "bound": "a tensor without negative moments", "numbers": 3},
+    ],
     "states": [
         3,
     ],
@@ -682,3 +698,37 @@ def marks(t, y, p, out):
     out[48] = c17
     out[49] = c15
     out[50] = 0.04
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 3 operations."""
+    p_J_motor = p[4]
+    p_J_fan = p[5]
+    p_J_pump = p[6]
+    p_r_motor = p[7]
+    p_r_fan = p[8]
+    p_r_shaft = p[9]
+    p_r_pump = p[10]
+    c0 = 2.0*p_r_motor
+    c1 = 2.0*p_r_fan
+    c2 = 2.0*p_r_pump
+    out[0] = p_r_motor
+    out[1] = c0
+    out[2] = p_J_motor
+    out[3] = p_J_motor
+    out[4] = p_J_motor
+    out[5] = p_J_motor
+    out[6] = p_r_fan
+    out[7] = p_r_shaft
+    out[8] = c1
+    out[9] = p_J_fan
+    out[10] = p_J_fan
+    out[11] = p_J_fan
+    out[12] = p_J_fan
+    out[13] = p_r_pump
+    out[14] = c2
+    out[15] = p_J_pump
+    out[16] = p_J_pump
+    out[17] = p_J_pump
+    out[18] = p_J_pump

@@ -70,6 +70,7 @@ MODEL = {
         "shapes": 0,
         "outputs": 4,
         "events": 24,
+        "limits": 3,
         "switches": 3,
         "time_terms": 4,
         "closed_rhs": 135,
@@ -98,6 +99,12 @@ MODEL = {
         "t_end": 3.9,
         "fps": 60.0,
     },
+    "limits": [
+        {"name": "bodies.block.mass", "bound": "zero or more"},
+        {"name": "friction.sole.force", "bound": "zero or more"},
+        {"name": "friction.sole.static", "bound": "zero or more"},
+        {"name": "friction.sole.static", "bound": "at least", "numbers": 2},
+    ],
     "switches": [
         {"name": "sole_1", "kind": "friction", "circle": "sole", "axis": 1},
         {"name": "sole_2", "kind": "friction", "circle": "sole", "axis": 2},
@@ -368,6 +375,23 @@ def events(t, y, p, out):
     x4 = s_sole_2_aimed*(s_sole_2_bound - x0 - x1) + (1.0 - s_sole_2_aimed)
     out[0] = x2
     out[1] = x3 + (1.0 - s_sole_1_turns)*x4
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 3 operations."""
+    p_m = p[0]
+    p_mu = p[1]
+    p_mu_s = p[2]
+    p_g = p[7]
+    c0 = p_m*p_g
+    c1 = p_mu*c0
+    c2 = p_mu_s*c0
+    out[0] = p_m
+    out[1] = c1
+    out[2] = c2
+    out[3] = c2
+    out[4] = c1
 
 
 @njit(error_model="numpy")

@@ -61,6 +61,7 @@ MODEL = {
         "shapes": 0,
         "events": 1,
         "reset_bounce": 2,
+        "limits": 0,
     },
     "hoisted": {
         "rhs": 1,
@@ -72,6 +73,10 @@ MODEL = {
         "t_end": 5.0,
         "fps": 60.0,
     },
+    "limits": [
+        {"name": "bodies.ball.shape.sphere[0]", "bound": "zero or more"},
+        {"name": "bodies.ball.mass", "bound": "zero or more"},
+    ],
     "subsystems": [],
 }
 
@@ -202,3 +207,12 @@ def reset_bounce(t, y, p, out):
     out[1] = q_y
     out[2] = v_x
     out[3] = -(v_y*p_e)
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 0 operations."""
+    p_r = p[0]
+    p_m = p[1]
+    out[0] = p_r
+    out[1] = p_m

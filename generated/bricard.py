@@ -79,6 +79,7 @@ MODEL = {
         "poses": 119,
         "shapes": 0,
         "marks": 2,
+        "limits": 7,
     },
     "hoisted": {
         "rhs": 32,
@@ -97,6 +98,16 @@ MODEL = {
     },
     "dependent": [
         3,
+    ],
+    "limits": [
+        {"name": "bodies.bar1.shape.box[0]", "bound": "zero or more"},
+        {"name": "bodies.bar1.shape.box[1]", "bound": "zero or more"},
+        {"name": "bodies.bar1.mass", "bound": "zero or more"},
+        {"name": "bodies.bar1.inertia[0]", "bound": "zero or more"},
+        {"name": "bodies.bar1.inertia[1]", "bound": "zero or more"},
+        {"name": "bodies.bar1.inertia", "bound": "a tensor without negative moments", "numbers": 3},
+        {"name": "bodies.bar2.inertia", "bound": "a tensor without negative moments", "numbers": 3},
+        {"name": "bodies.bar3.inertia", "bound": "a tensor without negative moments", "numbers": 3},
     ],
     "subsystems": [],
     "marks": [
@@ -2699,3 +2710,28 @@ def marks(t, y, p, out):
     out[35] = p_l
     out[37] = c0
     out[40] = c0
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 7 operations."""
+    p_m = p[0]
+    p_l = p[1]
+    p_w = p[2]
+    c0 = p_w*p_w
+    c1 = 0.16666666666666666*(p_m*c0)
+    c2 = (p_l*p_l + c0)*(0.08333333333333333*p_m)
+    out[0] = p_l
+    out[1] = p_w
+    out[2] = p_m
+    out[3] = c1
+    out[4] = c2
+    out[5] = c1
+    out[6] = c2
+    out[7] = c2
+    out[8] = c2
+    out[9] = c1
+    out[10] = c2
+    out[11] = c2
+    out[12] = c2
+    out[13] = c1

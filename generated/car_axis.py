@@ -76,6 +76,7 @@ MODEL = {
         "poses": 17,
         "shapes": 0,
         "marks": 7,
+        "limits": 3,
         "time_terms": 29,
     },
     "hoisted": {
@@ -97,6 +98,10 @@ MODEL = {
         "t_end": 3.0,
         "fps": 100.0,
     },
+    "limits": [
+        {"name": "bodies.left.mass", "bound": "zero or more"},
+        {"name": "bodies.axis.shape.capsule[1]", "bound": "zero or more"},
+    ],
     "subsystems": [],
     "marks": [
         {"kind": "spring", "name": "left_spring", "body": "", "numbers": 6, "moves": True},
@@ -712,6 +717,17 @@ def marks(t, y, p, out):
     out[7] = x0
     out[9] = q_xr
     out[10] = q_yr
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 3 operations."""
+    p_eps = p[0]
+    p_M = p[1]
+    p_L = p[2]
+    c0 = p_eps*p_eps*(0.5*p_M)
+    out[0] = c0
+    out[1] = p_L
 
 
 @njit(error_model="numpy")

@@ -67,6 +67,7 @@ MODEL = {
         "shapes": 0,
         "outputs": 2,
         "marks": 2,
+        "limits": 0,
     },
     "hoisted": {
         "rhs": 6,
@@ -82,6 +83,11 @@ MODEL = {
         "t_end": 10.0,
         "fps": 60.0,
     },
+    "limits": [
+        {"name": "bodies.cart.mass", "bound": "zero or more"},
+        {"name": "bodies.bob.mass", "bound": "zero or more"},
+        {"name": "bodies.pole.shape.capsule[1]", "bound": "zero or more"},
+    ],
     "subsystems": [],
     "marks": [
         {"kind": "pin", "name": "pole_1", "body": "pole", "numbers": 6},
@@ -327,3 +333,14 @@ def marks(t, y, p, out):
     out[10] = -0.075
     out[12] = q_x
     out[15] = u_F
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 0 operations."""
+    p_M = p[0]
+    p_mp = p[1]
+    p_l = p[2]
+    out[0] = p_M
+    out[1] = p_mp
+    out[2] = p_l

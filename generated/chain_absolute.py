@@ -112,6 +112,7 @@ MODEL = {
         "poses": 24,
         "shapes": 0,
         "marks": 9,
+        "limits": 3,
     },
     "hoisted": {
         "rhs": 5,
@@ -130,6 +131,11 @@ MODEL = {
         "t_end": 2.0,
         "fps": 60.0,
     },
+    "limits": [
+        {"name": "bodies.rod1.shape.capsule[1]", "bound": "zero or more"},
+        {"name": "bodies.rod1.mass", "bound": "zero or more"},
+        {"name": "bodies.rod1.inertia", "bound": "zero or more"},
+    ],
     "subsystems": [],
     "marks": [
         {"kind": "pin", "name": "rod1_1", "body": "rod1", "numbers": 6},
@@ -1586,3 +1592,14 @@ def marks(t, y, p, out):
     out[48] = c0
     out[53] = 1.0
     out[54] = c0
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 3 operations."""
+    p_m = p[0]
+    p_L = p[1]
+    c0 = p_L*p_L*(0.08333333333333333*p_m)
+    out[0] = p_L
+    out[1] = p_m
+    out[2] = c0

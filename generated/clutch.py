@@ -73,6 +73,7 @@ MODEL = {
         "shapes": 0,
         "outputs": 1,
         "events": 2,
+        "limits": 0,
         "switches": 6,
         "time_terms": 5,
         "closed_rhs": 41,
@@ -99,6 +100,10 @@ MODEL = {
         "t_end": 8.0,
         "fps": 60.0,
     },
+    "limits": [
+        {"name": "bodies.flywheel.inertia", "bound": "zero or more"},
+        {"name": "bodies.drum.inertia", "bound": "zero or more"},
+    ],
     "switches": [
         {"name": "lining", "kind": "friction"},
     ],
@@ -279,6 +284,15 @@ def events(t, y, p, out):
     v_machine = y[3]
     s_lining_sense = p[12]
     out[0] = s_lining_sense*(v_motor - v_machine)
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 0 operations."""
+    p_J1 = p[0]
+    p_J2 = p[1]
+    out[0] = p_J1
+    out[1] = p_J2
 
 
 @njit(error_model="numpy")

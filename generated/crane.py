@@ -78,6 +78,7 @@ MODEL = {
         "outputs": 88,
         "events": 99,
         "marks": 26,
+        "limits": 0,
     },
     "hoisted": {
         "rhs": 3,
@@ -92,6 +93,11 @@ MODEL = {
         "t_end": 6.0,
         "fps": 60.0,
     },
+    "limits": [
+        {"name": "springs.sling_left.length", "bound": "zero or more"},
+        {"name": "springs.sling_left.stiffness", "bound": "zero or more"},
+        {"name": "springs.sling_left.damping", "bound": "zero or more"},
+    ],
     "subsystems": [],
     "marks": [
         {"kind": "ground", "name": "travel", "body": "", "numbers": 3},
@@ -984,3 +990,14 @@ def marks(t, y, p, out):
     out[37] = q_load_y + (x5 + x4)
     out[39] = 3.1 + x8
     out[42] = 3.1
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 0 operations."""
+    p_k = p[0]
+    p_c = p[1]
+    p_l = p[2]
+    out[0] = p_l
+    out[1] = p_k
+    out[2] = p_c

@@ -63,6 +63,7 @@ MODEL = {
         "shapes": 0,
         "outputs": 15,
         "marks": 0,
+        "limits": 0,
     },
     "hoisted": {
         "rhs": 2,
@@ -74,6 +75,9 @@ MODEL = {
         "t_end": 2.0,
         "fps": 100.0,
     },
+    "limits": [
+        {"name": "bodies.bob.mass", "bound": "zero or more"},
+    ],
     "subsystems": [],
     "marks": [
         {"kind": "spring", "name": "spring", "body": "", "numbers": 6, "moves": True},
@@ -272,3 +276,10 @@ def marks(t, y, p, out):
     q_y = y[1]
     out[3] = q_x
     out[4] = q_y
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 0 operations."""
+    p_m = p[0]
+    out[0] = p_m

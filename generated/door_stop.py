@@ -64,6 +64,7 @@ MODEL = {
         "poses": 6,
         "shapes": 0,
         "events": 2,
+        "limits": 3,
         "switches": 1,
         "closed_rhs": 78,
         "closed_residual": 34,
@@ -91,6 +92,13 @@ MODEL = {
         "t_end": 12.0,
         "fps": 60.0,
     },
+    "limits": [
+        {"name": "bodies.door.shape.box[0]", "bound": "zero or more"},
+        {"name": "bodies.door.mass", "bound": "zero or more"},
+        {"name": "bodies.door.inertia", "bound": "zero or more"},
+        {"name": "stops.wall.restitution", "bound": "from 0 to 1"},
+        {"name": "friction.hinge.force", "bound": "zero or more"},
+    ],
     "switches": [
         {"name": "wall", "kind": "stop"},
         {"name": "frame", "kind": "stop"},
@@ -231,6 +239,21 @@ def events(t, y, p, out):
     out[0] = p_open - q_angle
     out[1] = q_angle
     out[2] = v_angle*s_hinge_sense
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 3 operations."""
+    p_m = p[0]
+    p_w = p[1]
+    p_M = p[4]
+    p_e = p[5]
+    c0 = p_w*p_w*(0.08333333333333333*p_m)
+    out[0] = p_w
+    out[1] = p_m
+    out[2] = c0
+    out[3] = p_e
+    out[4] = p_M
 
 
 @njit(error_model="numpy")

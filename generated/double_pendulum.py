@@ -63,6 +63,7 @@ MODEL = {
         "poses": 29,
         "shapes": 0,
         "marks": 2,
+        "limits": 0,
     },
     "hoisted": {
         "rhs": 8,
@@ -78,6 +79,12 @@ MODEL = {
         "t_end": 10.0,
         "fps": 60.0,
     },
+    "limits": [
+        {"name": "bodies.bob1.mass", "bound": "zero or more"},
+        {"name": "bodies.bob2.mass", "bound": "zero or more"},
+        {"name": "bodies.rod1.shape.capsule[1]", "bound": "zero or more"},
+        {"name": "bodies.rod2.shape.capsule[1]", "bound": "zero or more"},
+    ],
     "subsystems": [],
     "marks": [
         {"kind": "pin", "name": "rod1_1", "body": "rod1", "numbers": 6},
@@ -387,3 +394,16 @@ def marks(t, y, p, out):
     c0 = -(0.5*p_L1)
     out[0] = c0
     out[5] = 1.0
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 0 operations."""
+    p_m1 = p[0]
+    p_m2 = p[1]
+    p_L1 = p[2]
+    p_L2 = p[3]
+    out[0] = p_m1
+    out[1] = p_m2
+    out[2] = p_L1
+    out[3] = p_L2

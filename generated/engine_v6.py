@@ -126,6 +126,7 @@ MODEL = {
         "outputs": 45,
         "events": 192,
         "marks": 324,
+        "limits": 2,
     },
     "hoisted": {
         "rhs": 47,
@@ -143,6 +144,15 @@ MODEL = {
         "t_end": 0.6,
         "fps": 200.0,
     },
+    "limits": [
+        {"name": "bodies.c1.piston.shape.cylinder[0]", "bound": "positive"},
+        {"name": "bodies.c1.piston.mass", "bound": "zero or more"},
+        {"name": "bodies.c1.rod.shape.cylinder[1]", "bound": "positive"},
+        {"name": "bodies.c1.rod.mass", "bound": "zero or more"},
+        {"name": "bodies.c1.rod.inertia[0]", "bound": "zero or more"},
+        {"name": "bodies.c1.rod.inertia", "bound": "a tensor without negative moments", "numbers": 3},
+        {"name": "bodies.c1.throw.shape.box[1]", "bound": "zero or more"},
+    ],
     "subsystems": [],
     "marks": [
         {"kind": "ground", "name": "shaft", "body": "", "numbers": 3},
@@ -2909,3 +2919,25 @@ def marks(t, y, p, out):
     out[41] = x62*c2
     out[42] = c6*x71
     out[44] = -(c7*x71)
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 2 operations."""
+    p_r = p[0]
+    p_l = p[1]
+    p_bore = p[2]
+    p_m_piston = p[4]
+    p_m_rod = p[5]
+    p_J_rod = p[6]
+    c0 = 0.5*p_bore
+    c1 = p_r + 0.04
+    out[0] = c0
+    out[1] = p_m_piston
+    out[2] = p_l
+    out[3] = p_m_rod
+    out[4] = p_J_rod
+    out[5] = p_J_rod
+    out[6] = 0.0001
+    out[7] = p_J_rod
+    out[8] = c1

@@ -77,6 +77,7 @@ MODEL = {
         "shapes": 0,
         "outputs": 0,
         "marks": 5,
+        "limits": 9,
     },
     "hoisted": {
         "rhs": 14,
@@ -93,6 +94,17 @@ MODEL = {
         "t_end": 10.0,
         "fps": 100.0,
     },
+    "limits": [
+        {"name": "bodies.crank_bar.shape.capsule[1]", "bound": "zero or more"},
+        {"name": "bodies.crank_bar.mass", "bound": "zero or more"},
+        {"name": "bodies.crank_bar.inertia", "bound": "zero or more"},
+        {"name": "bodies.coupler_bar.shape.capsule[1]", "bound": "zero or more"},
+        {"name": "bodies.coupler_bar.mass", "bound": "zero or more"},
+        {"name": "bodies.coupler_bar.inertia", "bound": "zero or more"},
+        {"name": "bodies.rocker_bar.shape.capsule[1]", "bound": "zero or more"},
+        {"name": "bodies.rocker_bar.mass", "bound": "zero or more"},
+        {"name": "bodies.rocker_bar.inertia", "bound": "zero or more"},
+    ],
     "subsystems": [],
     "marks": [
         {"kind": "pin", "name": "crank_bar_1", "body": "crank_bar", "numbers": 6},
@@ -709,3 +721,26 @@ def marks(t, y, p, out):
     out[24] = c3
     out[29] = 1.0
     out[30] = p_d
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 9 operations."""
+    p_a = p[0]
+    p_b = p[1]
+    p_c = p[2]
+    p_ma = p[4]
+    p_mb = p[5]
+    p_mc = p[6]
+    c0 = p_a*p_a*(0.08333333333333333*p_ma)
+    c1 = p_b*p_b*(0.08333333333333333*p_mb)
+    c2 = p_c*p_c*(0.08333333333333333*p_mc)
+    out[0] = p_a
+    out[1] = p_ma
+    out[2] = c0
+    out[3] = p_b
+    out[4] = p_mb
+    out[5] = c1
+    out[6] = p_c
+    out[7] = p_mc
+    out[8] = c2

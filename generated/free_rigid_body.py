@@ -64,6 +64,7 @@ MODEL = {
         "kinematics": 13,
         "poses": 24,
         "shapes": 0,
+        "limits": 0,
     },
     "hoisted": {
         "rhs": 3,
@@ -75,6 +76,12 @@ MODEL = {
         "t_end": 100.0,
         "fps": 30.0,
     },
+    "limits": [
+        {"name": "bodies.body.inertia[0]", "bound": "zero or more"},
+        {"name": "bodies.body.inertia[1]", "bound": "zero or more"},
+        {"name": "bodies.body.inertia[2]", "bound": "zero or more"},
+        {"name": "bodies.body.inertia", "bound": "a tensor without negative moments", "numbers": 3},
+    ],
     "subsystems": [],
 }
 
@@ -300,3 +307,17 @@ def shapes(t, y, p, out):
     out[0] = 0.6
     out[1] = 0.4
     out[2] = 0.15
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 0 operations."""
+    p_I1 = p[0]
+    p_I2 = p[1]
+    p_I3 = p[2]
+    out[0] = p_I1
+    out[1] = p_I2
+    out[2] = p_I3
+    out[3] = p_I1
+    out[4] = p_I2
+    out[5] = p_I3

@@ -80,6 +80,7 @@ MODEL = {
         "poses": 24,
         "shapes": 0,
         "marks": 1,
+        "limits": 0,
     },
     "hoisted": {
         "rhs": 6,
@@ -94,6 +95,12 @@ MODEL = {
         "t_end": 2.0,
         "fps": 200.0,
     },
+    "limits": [
+        {"name": "bodies.top.mass", "bound": "zero or more"},
+        {"name": "bodies.top.inertia[0]", "bound": "zero or more"},
+        {"name": "bodies.top.inertia[1]", "bound": "zero or more"},
+        {"name": "bodies.top.inertia", "bound": "a tensor without negative moments", "numbers": 3},
+    ],
     "subsystems": [],
     "marks": [
         {"kind": "ground", "name": "tip_stays_2", "body": "", "numbers": 3},
@@ -948,3 +955,17 @@ def marks(t, y, p, out):
     c0 = -p_l
     out[4] = c0
     out[7] = c0
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 0 operations."""
+    p_m = p[0]
+    p_Ja = p[2]
+    p_Jt = p[3]
+    out[0] = p_m
+    out[1] = p_Jt
+    out[2] = p_Ja
+    out[3] = p_Jt
+    out[4] = p_Ja
+    out[5] = p_Jt

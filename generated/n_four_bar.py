@@ -93,6 +93,7 @@ MODEL = {
         "poses": 72,
         "shapes": 0,
         "marks": 5,
+        "limits": 3,
     },
     "hoisted": {
         "rhs": 17,
@@ -109,6 +110,11 @@ MODEL = {
         "t_end": 10.0,
         "fps": 60.0,
     },
+    "limits": [
+        {"name": "bodies.rocker_bar0.shape.capsule[1]", "bound": "zero or more"},
+        {"name": "bodies.rocker_bar0.mass", "bound": "zero or more"},
+        {"name": "bodies.rocker_bar0.inertia", "bound": "zero or more"},
+    ],
     "subsystems": [],
     "marks": [
         {"kind": "pin", "name": "rocker_bar0_1", "body": "rocker_bar0", "numbers": 6},
@@ -1755,3 +1761,14 @@ def marks(t, y, p, out):
     out[96] = c0
     out[101] = 1.0
     out[102] = c0
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 3 operations."""
+    p_m = p[0]
+    p_L = p[1]
+    c0 = p_L*p_L*(0.08333333333333333*p_m)
+    out[0] = p_L
+    out[1] = p_m
+    out[2] = c0

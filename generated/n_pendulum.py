@@ -73,6 +73,7 @@ MODEL = {
         "poses": 77,
         "shapes": 0,
         "marks": 16,
+        "limits": 0,
     },
     "hoisted": {
         "rhs": 23,
@@ -88,6 +89,10 @@ MODEL = {
         "t_end": 5.0,
         "fps": 60.0,
     },
+    "limits": [
+        {"name": "bodies.bob1.mass", "bound": "zero or more"},
+        {"name": "bodies.rod1.shape.capsule[1]", "bound": "zero or more"},
+    ],
     "subsystems": [],
     "marks": [
         {"kind": "pin", "name": "rod1_1", "body": "rod1", "numbers": 6},
@@ -886,3 +891,12 @@ def marks(t, y, p, out):
     out[5] = 1.0
     out[6] = 0.5*(p_L*sin(q_theta1)) - cos(x0)*c0
     out[7] = -(0.5*(p_L*cos(q_theta1)) + sin(x0)*c0)
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 0 operations."""
+    p_m = p[0]
+    p_L = p[1]
+    out[0] = p_m
+    out[1] = p_L

@@ -76,6 +76,7 @@ MODEL = {
         "shapes": 0,
         "events": 55,
         "marks": 33,
+        "limits": 0,
         "switches": 55,
         "closed_rhs": 357,
         "closed_residual": 303,
@@ -110,6 +111,11 @@ MODEL = {
         "t_end": 3.0,
         "fps": 60.0,
     },
+    "limits": [
+        {"name": "bodies.ball1.shape.sphere[0]", "bound": "zero or more"},
+        {"name": "bodies.ball1.mass", "bound": "zero or more"},
+        {"name": "contacts.hit12.restitution", "bound": "from 0 to 1"},
+    ],
     "switches": [
         {"name": "hit12", "kind": "stop"},
         {"name": "hit23", "kind": "stop"},
@@ -432,6 +438,17 @@ def marks(t, y, p, out):
     out[39] = c0
     out[42] = c0 + p_l*sin(q_a5)
     out[43] = -(p_l*cos(q_a5))
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 0 operations."""
+    p_r = p[1]
+    p_m = p[2]
+    p_e = p[3]
+    out[0] = p_r
+    out[1] = p_m
+    out[2] = p_e
 
 
 @njit(error_model="numpy")

@@ -98,6 +98,7 @@ MODEL = {
         "residual_jacobian": 996,
         "poses": 0,
         "shapes": 0,
+        "limits": 0,
     },
     "hoisted": {
         "rhs": 11,
@@ -110,6 +111,14 @@ MODEL = {
         "t_end": 10000.0,
         "fps": 0.1,
     },
+    "limits": [
+        {"name": "bodies.sun.mass", "bound": "zero or more"},
+        {"name": "bodies.jupiter.mass", "bound": "zero or more"},
+        {"name": "bodies.saturn.mass", "bound": "zero or more"},
+        {"name": "bodies.uranus.mass", "bound": "zero or more"},
+        {"name": "bodies.neptune.mass", "bound": "zero or more"},
+        {"name": "bodies.pluto.mass", "bound": "zero or more"},
+    ],
     "subsystems": [],
 }
 
@@ -1791,3 +1800,20 @@ def shapes(t, y, p, out):
     out[3] = 0.35
     out[4] = 0.35
     out[5] = 0.2
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 0 operations."""
+    p_m_sun = p[1]
+    p_m_jupiter = p[2]
+    p_m_saturn = p[3]
+    p_m_uranus = p[4]
+    p_m_neptune = p[5]
+    p_m_pluto = p[6]
+    out[0] = p_m_sun
+    out[1] = p_m_jupiter
+    out[2] = p_m_saturn
+    out[3] = p_m_uranus
+    out[4] = p_m_neptune
+    out[5] = p_m_pluto

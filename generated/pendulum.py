@@ -57,6 +57,7 @@ MODEL = {
         "poses": 13,
         "shapes": 0,
         "marks": 2,
+        "limits": 0,
     },
     "hoisted": {
         "rhs": 1,
@@ -72,6 +73,10 @@ MODEL = {
         "t_end": 10.0,
         "fps": 60.0,
     },
+    "limits": [
+        {"name": "bodies.bob.mass", "bound": "zero or more"},
+        {"name": "bodies.rod.shape.capsule[1]", "bound": "zero or more"},
+    ],
     "subsystems": [],
     "marks": [
         {"kind": "pin", "name": "rod_1", "body": "rod", "numbers": 6},
@@ -209,3 +214,12 @@ def marks(t, y, p, out):
     c0 = -(0.5*p_L)
     out[0] = c0
     out[5] = 1.0
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 0 operations."""
+    p_L = p[0]
+    p_m = p[1]
+    out[0] = p_m
+    out[1] = p_L

@@ -65,6 +65,7 @@ MODEL = {
         "poses": 6,
         "shapes": 0,
         "marks": 0,
+        "limits": 0,
     },
     "hoisted": {
         "rhs": 2,
@@ -78,6 +79,10 @@ MODEL = {
         "t_end": 10.0,
         "fps": 60.0,
     },
+    "limits": [
+        {"name": "bodies.bob.mass", "bound": "zero or more"},
+        {"name": "bodies.rod.shape.capsule[1]", "bound": "zero or more"},
+    ],
     "subsystems": [],
     "marks": [
         {"kind": "ground", "name": "pivot", "body": "", "numbers": 3},
@@ -289,3 +294,12 @@ def shapes(t, y, p, out):
 def marks(t, y, p, out):
     """What a picture shows besides bodies, as `marks` lists it. 0 operations."""
     out[0] = 0.0
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 0 operations."""
+    p_m = p[0]
+    p_L = p[1]
+    out[0] = p_m
+    out[1] = p_L

@@ -201,6 +201,7 @@ MODEL = {
         "residual_jacobian": 150,
         "poses": 150,
         "shapes": 0,
+        "limits": 0,
     },
     "hoisted": {
         "rhs": 26,
@@ -214,6 +215,9 @@ MODEL = {
         "t_end": 28.4,
         "fps": 60.0,
     },
+    "limits": [
+        {"name": "bodies.bob1.mass", "bound": "zero or more"},
+    ],
     "subsystems": [
         {"coordinates": [[0], [1], [2], [3], [4], [5], [6], [7], [8], [9], [10], [11], [12], [13], [14], [15], [16], [17], [18], [19], [20], [21], [22], [23], [24]], "rates": [[0], [1], [2], [3], [4], [5], [6], [7], [8], [9], [10], [11], [12], [13], [14], [15], [16], [17], [18], [19], [20], [21], [22], [23], [24]], "constraints": [[], [], [], [], [], [], [], [], [], [], [], [], [], [], [], [], [], [], [], [], [], [], [], [], []]},
     ],
@@ -344,3 +348,10 @@ def shapes(t, y, p, out):
     # 25 equal subsystems: theta1; …; theta25
     for k in range(25):
         out[k] = 0.04
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 0 operations."""
+    p_m = p[0]
+    out[0] = p_m

@@ -83,6 +83,7 @@ MODEL = {
         "shapes": 0,
         "outputs": 26,
         "marks": 3,
+        "limits": 0,
         "time_terms": 10,
     },
     "hoisted": {
@@ -99,6 +100,11 @@ MODEL = {
         "t_end": 5.0,
         "fps": 60.0,
     },
+    "limits": [
+        {"name": "bodies.body.mass", "bound": "zero or more"},
+        {"name": "bodies.mount.mass", "bound": "zero or more"},
+        {"name": "bodies.wheel.mass", "bound": "zero or more"},
+    ],
     "subsystems": [],
     "marks": [
         {"kind": "spring", "name": "spring", "body": "", "numbers": 6, "moves": True},
@@ -444,6 +450,17 @@ def marks(t, y, p, out):
     out[7] = x0
     out[9] = 0.06
     out[10] = q_z_mount + 0.82
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 0 operations."""
+    p_m_body = p[0]
+    p_m_mount = p[1]
+    p_m_wheel = p[2]
+    out[0] = p_m_body
+    out[1] = p_m_mount
+    out[2] = p_m_wheel
 
 
 @njit(error_model="numpy")

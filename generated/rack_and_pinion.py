@@ -94,6 +94,7 @@ MODEL = {
         "shapes": 1,
         "outputs": 8,
         "marks": 19,
+        "limits": 1,
         "start_conditions": 51,
         "start_jacobian": 65,
     },
@@ -117,6 +118,15 @@ MODEL = {
         "fps": 60.0,
     },
     "sensed": True,
+    "limits": [
+        {"name": "bodies.rack.shape.box[0]", "bound": "zero or more"},
+        {"name": "bodies.rack.mass", "bound": "zero or more"},
+        {"name": "bodies.left.inertia", "bound": "zero or more"},
+        {"name": "springs.bar.stiffness", "bound": "zero or more"},
+        {"name": "springs.bar.damping", "bound": "zero or more"},
+        {"name": "rotors.wheel.inertia", "bound": "zero or more"},
+        {"name": "rotors.pinion.inertia", "bound": "zero or more"},
+    ],
     "subsystems": [],
     "marks": [
         {"kind": "link", "name": "left_rod", "body": "", "numbers": 6, "moves": True},
@@ -845,6 +855,26 @@ def marks(t, y, p, out):
     out[18] = p_half
     out[21] = x4
     out[22] = x5
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 1 operation."""
+    p_J_wheel = p[0]
+    p_J_pinion = p[1]
+    p_k_bar = p[2]
+    p_c_bar = p[3]
+    p_m_rack = p[5]
+    p_J_knuckle = p[7]
+    p_end = p[14]
+    c0 = 2.0*p_end
+    out[0] = c0
+    out[1] = p_m_rack
+    out[2] = p_J_knuckle
+    out[3] = p_k_bar
+    out[4] = p_c_bar
+    out[5] = p_J_wheel
+    out[6] = p_J_pinion
 
 
 @njit(error_model="numpy")

@@ -78,6 +78,7 @@ MODEL = {
         "poses": 35,
         "shapes": 1,
         "outputs": 9,
+        "limits": 6,
     },
     "hoisted": {
         "rhs": 7,
@@ -93,6 +94,14 @@ MODEL = {
         "t_end": 10.0,
         "fps": 60.0,
     },
+    "limits": [
+        {"name": "bodies.disc.shape.capsule[1]", "bound": "zero or more"},
+        {"name": "bodies.disc.mass", "bound": "zero or more"},
+        {"name": "bodies.disc.inertia[0]", "bound": "zero or more"},
+        {"name": "bodies.disc.inertia[1]", "bound": "zero or more"},
+        {"name": "bodies.disc.inertia", "bound": "a tensor without negative moments", "numbers": 3},
+        {"name": "bodies.face.shape.cylinder[0]", "bound": "zero or more"},
+    ],
     "subsystems": [],
 }
 
@@ -715,3 +724,22 @@ def outputs(t, y, p, out):
     x0 = sin(q_lean)
     out[0] = q_x - p_r*(x0*sin(q_yaw))
     out[1] = q_y + p_r*(x0*cos(q_yaw))
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 6 operations."""
+    p_m = p[0]
+    p_r = p[1]
+    c0 = 1.8*p_r
+    c1 = p_r*p_r
+    c2 = c1*(0.25*p_m)
+    c3 = c1*(0.5*p_m)
+    out[0] = c0
+    out[1] = p_m
+    out[2] = c2
+    out[3] = c3
+    out[4] = c2
+    out[5] = c3
+    out[6] = c2
+    out[7] = p_r

@@ -74,6 +74,7 @@ MODEL = {
         "shapes": 0,
         "outputs": 82,
         "marks": 2,
+        "limits": 0,
         "time_terms": 39,
     },
     "hoisted": {
@@ -90,6 +91,10 @@ MODEL = {
         "t_end": 10.0,
         "fps": 60.0,
     },
+    "limits": [
+        {"name": "bodies.body.mass", "bound": "zero or more"},
+        {"name": "bodies.wheel.mass", "bound": "zero or more"},
+    ],
     "subsystems": [],
     "marks": [
         {"kind": "spring", "name": "spring", "body": "", "numbers": 6, "moves": True},
@@ -439,6 +444,15 @@ def marks(t, y, p, out):
     out[7] = x0
     out[9] = 0.08
     out[10] = x1
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 0 operations."""
+    p_m_body = p[0]
+    p_m_wheel = p[1]
+    out[0] = p_m_body
+    out[1] = p_m_wheel
 
 
 @njit(error_model="numpy")

@@ -82,6 +82,7 @@ MODEL = {
         "outputs": 40,
         "marks": 0,
         "starts": 7,
+        "limits": 42,
     },
     "hoisted": {
         "rhs": 33,
@@ -100,6 +101,14 @@ MODEL = {
         "rtol": 1e-10,
     },
     "starts": True,
+    "limits": [
+        {"name": "bodies.satellite.shape[1].tube[2]", "bound": "positive"},
+        {"name": "bodies.satellite.mass", "bound": "zero or more"},
+        {"name": "bodies.satellite.inertia[0]", "bound": "zero or more"},
+        {"name": "bodies.satellite.inertia[1]", "bound": "zero or more"},
+        {"name": "bodies.satellite.inertia[2]", "bound": "zero or more"},
+        {"name": "bodies.satellite.inertia", "bound": "a tensor without negative moments", "numbers": 3},
+    ],
     "subsystems": [],
     "marks": [
         {"kind": "point", "name": "satellite_point1", "body": "satellite", "numbers": 3},
@@ -1427,3 +1436,35 @@ def starts(t, y, p, out):
     out[10] = c2
     out[11] = p_swing
     out[12] = 0.0
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 42 operations."""
+    p_boom = p[3]
+    c0 = 0.3308097064230052*p_boom
+    c1 = c0 + 76.83558559107746
+    c2 = 0.5*p_boom
+    c3 = 0.25 + c2
+    c4 = p_boom + 0.25
+    c5 = 16.835585591077464*c4 + c0*c3
+    c6 = c5/c1
+    c7 = c3 - c6
+    c8 = c7*c7
+    c9 = c0*(0.08333333333333333*(p_boom*p_boom) + (0.00019025 + c8))
+    c10 = 60.0*(c5*c5)/(c1*c1)
+    c11 = c4 - c6
+    c12 = 0.00256 + c11*c11
+    c13 = 16.835585591077464*c12
+    c14 = 2.5 + (c9 + (c10 + c13))
+    c15 = c9 + (c13 + (c10 + 3.05))
+    c16 = c6 + -0.25
+    c17 = c0*(c7*(c16 - c2) + (c8 + 0.0003805)) + (3.05 + 16.835585591077464*(c12 + c11*(c16 - p_boom)))
+    out[0] = p_boom
+    out[1] = c1
+    out[2] = c14
+    out[3] = c15
+    out[4] = c17
+    out[5] = c14
+    out[6] = c15
+    out[7] = c17

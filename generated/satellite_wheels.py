@@ -80,6 +80,7 @@ MODEL = {
         "outputs": 17,
         "marks": 0,
         "starts": 0,
+        "limits": 73,
         "time_terms": 5,
     },
     "hoisted": {
@@ -98,6 +99,15 @@ MODEL = {
         "fps": 10.0,
     },
     "starts": True,
+    "limits": [
+        {"name": "bodies.satellite.shape[1].box[0]", "bound": "positive"},
+        {"name": "bodies.satellite.mass", "bound": "zero or more"},
+        {"name": "bodies.satellite.inertia[0]", "bound": "zero or more"},
+        {"name": "bodies.satellite.inertia[1]", "bound": "zero or more"},
+        {"name": "bodies.satellite.inertia[2]", "bound": "zero or more"},
+        {"name": "bodies.satellite.inertia", "bound": "a tensor without negative moments", "numbers": 6},
+        {"name": "rotors.roll.inertia", "bound": "zero or more"},
+    ],
     "subsystems": [],
     "marks": [
         {"kind": "ground", "name": "attitude", "body": "", "numbers": 3},
@@ -1858,6 +1868,55 @@ def starts(t, y, p, out):
     out[10] = 0.0
     out[11] = 0.0
     out[12] = p_bias
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 73 operations."""
+    p_J = p[0]
+    p_panel = p[5]
+    c0 = 52.5 + 1.2*p_panel
+    c1 = p_panel*p_panel
+    c2 = c0*c0
+    c3 = 6.804*c1/c2
+    c4 = 0.6*p_panel
+    c5 = 0.5*p_panel
+    c6 = c5 + 0.25
+    c7 = -0.25 - c5
+    c8 = c7*c4 + c4*c6
+    c9 = c8/c0
+    c10 = c6 - c9
+    c11 = c7 + c9
+    c12 = 0.36*p_panel/c0
+    c13 = 0.3 - c12
+    c14 = c13*c13
+    c15 = 0.020852083333333334 + c14
+    c16 = c10*c10
+    c17 = c7 - c9
+    c18 = c6 + c9
+    c19 = c17*c17
+    c20 = c3 + (c4*(c10*c11 + (c15 + c16)) + (3.2375 + c4*(c17*c18 + (c19 + c15))))
+    c21 = 52.5*(c8*c8)/c2
+    c22 = 0.08333333333333333*c1
+    c23 = c14 + 1.875e-05
+    c24 = c3 + (c21 + (c4*(c22 + (c16 + c23)) + (3.2375 + c4*(c22 + (c19 + c23)))))
+    c25 = c13*(c12 + -0.3)
+    c26 = c14 + 0.020833333333333332
+    c27 = c21 + (c4*(c25 + (c22 + (c16 + c26))) + (2.1875 + c4*(c25 + (c22 + (c19 + c26)))))
+    c28 = c4*c13
+    c29 = c18*c28 + (c11*c28 - 18.9*(p_panel*c8)/c2)
+    out[0] = p_panel
+    out[1] = c0
+    out[2] = c20
+    out[3] = c24
+    out[4] = c27
+    out[5] = c20
+    out[6] = c24
+    out[7] = c27
+    out[8] = 0.0
+    out[9] = c29
+    out[10] = 0.0
+    out[11] = p_J
 
 
 @njit(error_model="numpy")

@@ -81,6 +81,7 @@ MODEL = {
         "shapes": 0,
         "outputs": 31,
         "marks": 0,
+        "limits": 1,
     },
     "hoisted": {
         "rhs": 25,
@@ -96,6 +97,11 @@ MODEL = {
         "t_end": 5.0,
         "fps": 60.0,
     },
+    "limits": [
+        {"name": "bodies.hand.mass", "bound": "zero or more"},
+        {"name": "joints.base.stiffness", "bound": "zero or more"},
+        {"name": "joints.base.damping", "bound": "zero or more"},
+    ],
     "subsystems": [],
     "marks": [
         {"kind": "ground", "name": "base", "body": "", "numbers": 3},
@@ -2188,3 +2194,15 @@ def marks(t, y, p, out):
     out[40] = 0.0794
     out[41] = -0.0004
     out[43] = 1.0
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 1 operation."""
+    p_payload = p[0]
+    p_k = p[2]
+    p_c = p[3]
+    c0 = p_payload + 0.3
+    out[0] = c0
+    out[1] = p_k
+    out[2] = p_c

@@ -77,6 +77,7 @@ MODEL = {
         "shapes": 0,
         "outputs": 0,
         "marks": 7,
+        "limits": 0,
     },
     "hoisted": {
         "rhs": 13,
@@ -93,6 +94,15 @@ MODEL = {
         "t_end": 10.0,
         "fps": 100.0,
     },
+    "limits": [
+        {"name": "bodies.crank.shape.capsule[1]", "bound": "zero or more"},
+        {"name": "bodies.crank.mass", "bound": "zero or more"},
+        {"name": "bodies.crank.inertia", "bound": "zero or more"},
+        {"name": "bodies.rod.shape.capsule[1]", "bound": "zero or more"},
+        {"name": "bodies.rod.mass", "bound": "zero or more"},
+        {"name": "bodies.rod.inertia", "bound": "zero or more"},
+        {"name": "bodies.piston.mass", "bound": "zero or more"},
+    ],
     "subsystems": [],
     "marks": [
         {"kind": "pin", "name": "crank_1", "body": "crank", "numbers": 6},
@@ -636,3 +646,22 @@ def marks(t, y, p, out):
     out[25] = -0.03
     out[27] = c4
     out[28] = -0.03
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 0 operations."""
+    p_r = p[0]
+    p_l = p[1]
+    p_mc = p[2]
+    p_Jc = p[3]
+    p_m = p[4]
+    p_J = p[5]
+    p_mp = p[6]
+    out[0] = p_r
+    out[1] = p_mc
+    out[2] = p_Jc
+    out[3] = p_l
+    out[4] = p_m
+    out[5] = p_J
+    out[6] = p_mp

@@ -68,6 +68,7 @@ MODEL = {
         "shapes": 0,
         "outputs": 8,
         "marks": 2,
+        "limits": 0,
     },
     "hoisted": {
         "rhs": 11,
@@ -83,6 +84,13 @@ MODEL = {
         "t_end": 2.0,
         "fps": 200.0,
     },
+    "limits": [
+        {"name": "bodies.top.mass", "bound": "zero or more"},
+        {"name": "bodies.top.inertia[0]", "bound": "zero or more"},
+        {"name": "bodies.top.inertia[1]", "bound": "zero or more"},
+        {"name": "bodies.top.inertia", "bound": "a tensor without negative moments", "numbers": 3},
+        {"name": "bodies.stem.shape.capsule[1]", "bound": "zero or more"},
+    ],
     "subsystems": [],
     "marks": [
         {"kind": "ball", "name": "stem_1", "body": "stem", "numbers": 3},
@@ -633,3 +641,19 @@ def marks(t, y, p, out):
     p_l = p[1]
     c0 = -(0.5*p_l)
     out[2] = c0
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 0 operations."""
+    p_m = p[0]
+    p_l = p[1]
+    p_Ja = p[2]
+    p_Jt = p[3]
+    out[0] = p_m
+    out[1] = p_Jt
+    out[2] = p_Ja
+    out[3] = p_Jt
+    out[4] = p_Ja
+    out[5] = p_Jt
+    out[6] = p_l

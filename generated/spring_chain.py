@@ -105,6 +105,7 @@ MODEL = {
         "poses": 0,
         "shapes": 0,
         "marks": 0,
+        "limits": 0,
     },
     "hoisted": {
         "rhs": 2,
@@ -116,6 +117,9 @@ MODEL = {
         "t_end": 3.0,
         "fps": 60.0,
     },
+    "limits": [
+        {"name": "bodies.mass1.mass", "bound": "zero or more"},
+    ],
     "subsystems": [],
     "marks": [
         {"kind": "spring", "name": "spring1", "body": "", "numbers": 6, "moves": True},
@@ -1728,3 +1732,10 @@ def marks(t, y, p, out):
     out[55] = q_y9
     out[57] = q_x10
     out[58] = q_y10
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 0 operations."""
+    p_m = p[0]
+    out[0] = p_m

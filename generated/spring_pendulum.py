@@ -62,6 +62,7 @@ MODEL = {
         "shapes": 0,
         "outputs": 2,
         "marks": 5,
+        "limits": 0,
     },
     "hoisted": {
         "rhs": 2,
@@ -74,6 +75,9 @@ MODEL = {
         "t_end": 20.0,
         "fps": 60.0,
     },
+    "limits": [
+        {"name": "bodies.bob.mass", "bound": "zero or more"},
+    ],
     "subsystems": [],
     "marks": [
         {"kind": "spring", "name": "spring", "body": "", "numbers": 6, "moves": True},
@@ -292,3 +296,10 @@ def marks(t, y, p, out):
     q_theta = y[1]
     out[3] = q_r*sin(q_theta)
     out[4] = -(q_r*cos(q_theta))
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 0 operations."""
+    p_m = p[0]
+    out[0] = p_m

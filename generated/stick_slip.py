@@ -63,6 +63,7 @@ MODEL = {
         "shapes": 0,
         "events": 2,
         "marks": 1,
+        "limits": 3,
         "switches": 4,
         "closed_rhs": 20,
         "closed_residual": 13,
@@ -88,6 +89,12 @@ MODEL = {
         "t_end": 8.0,
         "fps": 60.0,
     },
+    "limits": [
+        {"name": "bodies.block.mass", "bound": "zero or more"},
+        {"name": "friction.belt.force", "bound": "zero or more"},
+        {"name": "friction.belt.static", "bound": "zero or more"},
+        {"name": "friction.belt.static", "bound": "at least", "numbers": 2},
+    ],
     "switches": [
         {"name": "belt", "kind": "friction"},
     ],
@@ -233,6 +240,23 @@ def marks(t, y, p, out):
     out[6] = -0.7
     out[7] = 0.25
     out[9] = -0.7
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 3 operations."""
+    p_m = p[0]
+    p_mu = p[2]
+    p_mu_s = p[3]
+    p_g = p[5]
+    c0 = p_m*p_g
+    c1 = p_mu*c0
+    c2 = p_mu_s*c0
+    out[0] = p_m
+    out[1] = c1
+    out[2] = c2
+    out[3] = c2
+    out[4] = c1
 
 
 @njit(error_model="numpy")

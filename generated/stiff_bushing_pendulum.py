@@ -65,6 +65,7 @@ MODEL = {
         "poses": 3,
         "shapes": 0,
         "outputs": 21,
+        "limits": 3,
     },
     "hoisted": {
         "rhs": 6,
@@ -79,6 +80,11 @@ MODEL = {
         "t_end": 1.0,
         "fps": 100.0,
     },
+    "limits": [
+        {"name": "bodies.rod.shape.capsule[1]", "bound": "zero or more"},
+        {"name": "bodies.rod.mass", "bound": "zero or more"},
+        {"name": "bodies.rod.inertia", "bound": "zero or more"},
+    ],
     "subsystems": [],
 }
 
@@ -315,3 +321,14 @@ def outputs(t, y, p, out):
     x1 = cos(q_th)
     out[0] = -(p_c*(v_x + c0*(v_th*x0)) + p_k*(q_x - x1*c0))
     out[1] = -(p_c*(v_y - c0*(v_th*x1)) + p_k*(q_y - c0*x0))
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 3 operations."""
+    p_m = p[0]
+    p_L = p[1]
+    c0 = p_L*p_L*(0.08333333333333333*p_m)
+    out[0] = p_L
+    out[1] = p_m
+    out[2] = c0

@@ -82,6 +82,7 @@ MODEL = {
         "shapes": 0,
         "marks": 0,
         "starts": 0,
+        "limits": 6,
     },
     "hoisted": {
         "rhs": 5,
@@ -97,6 +98,12 @@ MODEL = {
         "fps": 60.0,
     },
     "starts": True,
+    "limits": [
+        {"name": "bodies.ball.shape.sphere[0]", "bound": "positive"},
+        {"name": "bodies.ball.mass", "bound": "zero or more"},
+        {"name": "bodies.ball.inertia[0]", "bound": "zero or more"},
+        {"name": "bodies.ball.inertia", "bound": "a tensor without negative moments", "numbers": 3},
+    ],
     "subsystems": [],
     "marks": [
         {"kind": "ground", "name": "pivot", "body": "", "numbers": 3},
@@ -1319,3 +1326,18 @@ def starts(t, y, p, out):
     out[12] = 0.0
     out[13] = 0.0
     out[14] = 0.0
+
+
+@njit(error_model="numpy")
+def limits(t, y, p, out):
+    """Numbers of parameters that have a bound. 6 operations."""
+    p_radius = p[0]
+    c0 = p_radius*p_radius
+    c1 = 5026.548245743669*(p_radius*c0)
+    c2 = 2010.6192982974676*(p_radius*(c0*c0))
+    out[0] = p_radius
+    out[1] = c1
+    out[2] = c2
+    out[3] = c2
+    out[4] = c2
+    out[5] = c2

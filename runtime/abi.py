@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from symgen.runtime.graph.layouts import BASE_PARAMETERS, FRAME_FUNCTIONS, settings_of
+from symgen.runtime.graph.layouts import BASE_PARAMETERS, FRAME_FUNCTIONS, LIMITS, settings_of
 from symgen.runtime.graph.spelling import RESET, reset_function
 
 ABI = 1
@@ -75,6 +75,7 @@ def required_functions(header: Mapping[str, Any]) -> Iterator[str]:
         "events": "events",
         "marks": "marks",
         "windings": "windings",
+        LIMITS: LIMITS,
     }
     yield from (name for key, name in of_records.items() if header.get(key))
     if n_surfaces(header):
@@ -182,6 +183,7 @@ def array_sizes(header: Mapping[str, Any], function: str) -> tuple[int, int] | N
         "marks": (state, sum(mark["numbers"] for mark in header.get("marks", ()))),
         "heights": (2, n_surfaces(header)),
         "windings": (state, sum(len(winding["bounds"]) for winding in header.get("windings", ()))),
+        LIMITS: (state, sum(limit.get("numbers", 1) for limit in header.get(LIMITS, ()))),
         "switches": (state, sum(N_WATCHED[switch["kind"]] for switch in header.get("switches", ()))),
     }
     if function in sizes:

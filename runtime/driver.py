@@ -342,14 +342,15 @@ class Run(RunState):
 
     def _before_the_end(self) -> Checkpoint | None:
         """Return a checkpoint where the next step may pass the end."""
+        if not hasattr(self.recorder, "checkpoint"):
+            return None
         arrays = self.arrays
-        return self._checkpoint() if arrays.t + 1.01 * arrays.control[at.H] >= self.stops[-1] else None
+        near = arrays.t + 1.01 * arrays.control[at.H] >= self.stops[-1]
+        return runtime_checkpoint.take(self) if near else None
 
     def _checkpoint(self) -> Checkpoint | None:
         """Return a checkpoint where somebody keeps it."""
-        if not hasattr(self.recorder, "checkpoint"):
-            return None
-        return runtime_checkpoint.take(self)
+        return runtime_checkpoint.take(self) if hasattr(self.recorder, "checkpoint") else None
 
     def _take_sample(self, checkpoint: Checkpoint | None = None) -> None:
         """Take the present state as the one that is wanted next; but for ticks of floating-point time, it is there.
@@ -440,6 +441,8 @@ class Run(RunState):
     def _hand_on_frames(self, end: int | None = None) -> None:
         """Hand on frames before `end`; by default all that are written."""
         arrays, end = self.arrays, int(self.arrays.counters[at.NEXT_FRAME]) if end is None else end
+        if end == self.handed:
+            return
         new = slice(self.handed, end)
         self.reset_energy_at_frames[new] = self.actions.energy_of_resets
         self.form_at_frames[new] = len(self.forms) - 1

@@ -15,7 +15,8 @@ from typing import Any
 
 from symgen.runtime.abi import ABI, JUMP, MARKS, N_WATCHED, SOLIDS, required_functions
 from symgen.runtime.errors import ModuleError
-from symgen.runtime.graph.layouts import BASE_PARAMETERS, FRAME_FUNCTIONS, LATE, ROBOT_FUNCTIONS
+from symgen.runtime.graph.bounds import NUMBERS
+from symgen.runtime.graph.layouts import BASE_PARAMETERS, FRAME_FUNCTIONS, LATE, LIMITS, ROBOT_FUNCTIONS
 from symgen.runtime.index_tables import LARGEST, entries_of
 from symgen.runtime.lazy import Late
 from symgen.runtime.module_check import verified
@@ -31,6 +32,7 @@ _NAME = re.compile(
 _DOTTED = re.compile(
     rf"(?=.{{1,200}}\Z){_NAME.pattern}(\.{_NAME.pattern})*", re.ASCII
 )  # those of uses of assemblies
+_ADDRESS = re.compile(r"[A-Za-z0-9_.\[\]]{1,400}", re.ASCII)
 _NAMES_OF_ROBOTS = re.compile(
     r"[A-Za-z][A-Za-z0-9_]{0,199}(\.[A-Za-z]{1,3})?", re.ASCII
 )  # base parameters: `q1.Izz`
@@ -122,6 +124,7 @@ def check_header(header: Any) -> None:
     _check_start(header)
     _check_marks(header)
     _check_windings(header)
+    _check_limits(header)
     _check_sizes(header)
     _check_subsystems(header)
     _check_switches(header)
@@ -212,6 +215,17 @@ def _check_windings(header: dict[str, Any]) -> None:
         bounds = _get(record, "bounds", list, place)
         if not bounds or any(type(x) is not float or not 0.0 < x < 4.0 for x in bounds):
             raise HeaderFault(f"{place}['bounds'] is {bounds!r:.60}, expected angles")
+
+
+def _check_limits(header: dict[str, Any]) -> None:
+    """What numbers of parameters have to be: bounds that are known, with as many numbers as each is about."""
+    for index, record in enumerate(_get(header, LIMITS, list, "") if LIMITS in header else ()):
+        place = f"{LIMITS}[{index}]"
+        if not _ADDRESS.fullmatch(_get(record, "name", str, place)):
+            raise HeaderFault(f"{place}['name'] is {record['name']!r:.60}, which is no address in a model")
+        bound, n = _get(record, "bound", str, place), record.get("numbers", 1)
+        if type(n) is not int or n not in NUMBERS.get(bound, ()):
+            raise HeaderFault(f"{place} has the bound {bound!r:.60} on {n!r:.60} numbers")
 
 
 def _get(table: Any, key: str, kind: type, place: str) -> Any:

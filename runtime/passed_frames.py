@@ -12,7 +12,6 @@ import numpy as np
 
 from symgen.runtime.batches import evaluate
 from symgen.runtime.positions import Positions
-from symgen.runtime.record import record
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
@@ -20,9 +19,8 @@ if TYPE_CHECKING:
 _MOST_AT_EXTREMES = 2_000_000  # numbers of frames at which something is largest
 
 
-@record(eq=False)
 class Frames:
-    """Some frames of a run.
+    """Some frames of a run; every run makes one, so it is made quickly.
 
     Attributes
     ----------
@@ -36,26 +34,28 @@ class Frames:
         Whether they were asked for.
     """
 
-    t: np.ndarray
-    y: np.ndarray
-    resets: np.ndarray
-    forms: np.ndarray
-    shown: np.ndarray
+    __slots__ = ("forms", "resets", "shown", "t", "y")
+
+    def __init__(
+        self, t: np.ndarray, y: np.ndarray, resets: np.ndarray, forms: np.ndarray, shown: np.ndarray
+    ):
+        self.t, self.y, self.resets, self.forms, self.shown = t, y, resets, forms, shown
 
     def __len__(self) -> int:
         return len(self.t)
 
     def __getitem__(self, rows: slice | np.ndarray) -> Frames:
         """Return a copy of some of them, so that none of the others is kept alive."""
-        return Frames(*(np.array(getattr(self, name)[rows]) for name in _PARTS))
+        return Frames(
+            self.t[rows].copy(), self.y[rows].copy(), self.resets[rows].copy(), self.forms[rows].copy(),
+            self.shown[rows].copy(),
+        )  # fmt: skip
 
     @staticmethod
     def joined(some: list[Frames]) -> Frames:
         """Return all of them, in the order given."""
-        return Frames(*(np.concatenate([getattr(frames, name) for frames in some]) for name in _PARTS))
-
-
-_PARTS = tuple(Frames.__dataclass_fields__)
+        parts = zip(*((x.t, x.y, x.resets, x.forms, x.shown) for x in some), strict=True)
+        return Frames(*map(np.concatenate, parts))
 
 
 class PassedFrames:

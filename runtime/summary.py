@@ -123,7 +123,7 @@ def summarise(
     checked = checked_frames(times, shown, settings["t_start"], settings["t_end"])
     if not checked.all():
         whole = _at_some_frames(whole, checked)
-    if np.array_equal(shown, checked):
+    if shown is checked or np.array_equal(shown, checked):
         return whole
     return replace(_at_some_frames(whole, shown[checked]), whole=whole)
 
@@ -208,12 +208,16 @@ def _jumps(run: RunState) -> list[EventRecord]:
 
 
 def _collected(run: RunState) -> Frames:
-    """Return all frames that the run reached, or what is kept of them; copies, as the arrays serve the next run."""
+    """Return all frames that the run reached, or what is kept of them.
+
+    Times and states are copies, as the arrays serve the next run; what else there is of frames is this run's own.
+    """
     if run.window is None:
-        rows = slice(int(run.arrays.counters[at.NEXT_FRAME]))
+        n, arrays = int(run.arrays.counters[at.NEXT_FRAME]), run.arrays
         found = Frames(
-            run.arrays.frame_times, run.arrays.frames, run.reset_energy_at_frames, run.form_at_frames, run.shown
-        )[rows]  # fmt: skip
+            arrays.frame_times[:n].copy(), arrays.frames[:n].copy(), run.reset_energy_at_frames[:n],
+            run.form_at_frames[:n], run.shown[:n],
+        )  # fmt: skip
     else:
         found = run.window.kept(run)
     if run.last is None:

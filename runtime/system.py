@@ -13,12 +13,14 @@ import numpy as np
 from symgen.runtime.abi import CLOSED, JUMP, SWITCHED, closed_header, setting_names
 from symgen.runtime.errors import RuntimeModelError, UnknownNameError, nearest
 from symgen.runtime.functions import ModelFunctions
+from symgen.runtime.graph.layouts import LIMITS
 from symgen.runtime.kernel import Setup, compile_setup
 from symgen.runtime.lazy import Late
 from symgen.runtime.module_source import ModuleSource
 from symgen.runtime.names import integral_places
 
 # Most runs are given numbers.
+limits = Late("symgen.runtime.limits")
 quantities = Late("symgen.runtime.quantities")
 
 _MOST_PRECOMPUTED = 4  # values of all parameters, of which what depends on them is kept
@@ -211,13 +213,34 @@ class System(ModelFunctions):
         return self.values_of_runs.remark(constraint) if self.values_of_runs is not None else ""
 
     def refuse_values(self, p: np.ndarray) -> None:
-        """Raise RuntimeModelError where parameters are none that the model's description allows, if that is at hand."""
+        """Raise RuntimeModelError where the model allows no such parameters.
+
+        Its description says so in its own words where it is at hand, and else the limits in its module.
+        """
         n = len(self.parameters)
-        if not np.array_equal(p[:n], self._p[:n]) and self.values_of_runs is not None:
+        if np.array_equal(p[:n], self._p[:n]):
+            return
+        if self.values_of_runs is not None:
             names = (record["name"] for record in self.parameters)
             fault = self.values_of_runs.fault(dict(zip(names, p[:n].tolist(), strict=True)))
-            if fault:
-                raise RuntimeModelError(fault)
+        else:
+            fault = self.beyond_limits(p[None]).get(0, "")
+        if fault:
+            raise RuntimeModelError(fault)
+
+    def beyond_limits(self, parameters: np.ndarray) -> dict[int, str]:
+        """Return which rows of parameters are beyond the limits in the model's module, and why.
+
+        Parameters
+        ----------
+        parameters : ndarray, shape (n, n_p)
+        """
+        header = self.source.header
+        if not header.get(LIMITS):
+            return {}
+        kernel, y = self.kernel(LIMITS), np.zeros(self.nq + self.nv)
+        rows = [kernel(0.0, y, p) for p in np.ascontiguousarray(parameters, dtype=float)]
+        return limits.faults(header, np.array(rows))
 
     def place_of_parameter(self, name: str) -> int:
         """Return where in `p` a parameter or input is."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -364,8 +365,12 @@ def _integrating(x, memory):
 
 
 def test_errors_of_a_run_whose_events_all_come_at_its_start_are_seen_in_its_middle():
-    """More than twenty turns of a slip within milliseconds; then an oscillation that implicit Euler damps."""
-    system = bundled("stick_slip")
+    """More than twenty turns of a slip within milliseconds; then an oscillation that implicit Euler damps.
+
+    What sticks bears less than what slides, which a description refuses: here is one that allows everything.
+    """
+    allows_all = SimpleNamespace(fault=lambda values: "", creeping=[])
+    system = bundled("stick_slip").vetted_by(lambda: allows_all)
     parameters = {"mu_s": 0.3580628395677803, "v0": 0.3516770128418617, "g": 10.490903062734818}
     given = {"parameters": parameters, "start": {"x": 0.007046348945936819}}
     run = system.run(6.921132921836707, method="implicit_euler", **given)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -13,8 +14,10 @@ from symgen.runtime.checks.amplification import Amplification, Stretch, together
 from symgen.runtime.checks.companion import (
     Companion,
     Followed,
+    by_series,
     finer,
     follow,
+    follow_smooth,
     independent,
     last_jump,
     loose,
@@ -88,6 +91,9 @@ _MORE_WHERE_CHAOTIC = 4.0  # times the operations
 # expected it may need, and operations that an accurate one may take then (a quarter of a second).
 _ROUGH, _TELLS, _UNEVEN, _MOST_TO_DECIDE = 1e-6, 1e-3, 4.0, 1e9
 _ROUGH_MAY = 4.0  # times the operations of an accurate one, at least
+# Of a run, what an explicit companion confirms of one by series; the most steps for that; what it may find, in parts of
+# the error that the other one has found.
+_PART_TO_CONFIRM, _STEPS_TO_CONFIRM, _OF_FOUND_BY_SERIES = 1.0 / 16.0, 2000, 0.5
 _DENSE = 600  # times at which two motions of other energies are compared
 _LEAST_LOOSE = 1e-12  # rtol from which on neighbours are not made tighter
 _UNSURE = 1.25  # times an exponent: along some stretches differences grow faster than along others
@@ -163,6 +169,8 @@ def estimate(solution: Solution, operations: float) -> ErrorEstimate | None:
     """
     comparison = _Comparison(solution)
     accurate = independent(solution, comparison.own, comparison.least_range)
+    if (quick := comparison.by_series(accurate[0], operations)) is not None:
+        return quick
     first = comparison.follow(accurate[0], operations)
     found = _estimated(solution, comparison, accurate, first, operations)
     if found is None or found.known or found.largest <= LARGEST_ERROR:
@@ -337,6 +345,52 @@ class _Comparison:
         more = 2.0 if companion.step else (self._solution.rtol / companion.rtol) ** (1.0 / self.own.order)
         part = operations / (more * operations_of_run(self._solution))
         return float(self._t[0] + _OPTIMISTIC * part * (self._t[-1] - self._t[0]))
+
+    def by_series(self, accurate: Companion, operations: float) -> ErrorEstimate | None:
+        """Return what a companion by series says of all of a run, where an explicit one confirms it; else None."""
+        companion = by_series(self._solution, accurate)
+        if companion is None or self.jumps:
+            return None
+        more = (self._solution.rtol / companion.rtol) ** (1.0 / companion.method.order)
+        if more * operations_of_run(self._solution) > operations:
+            return None
+        most = self._most_steps(companion, operations)
+        states = follow_smooth(self._solution, companion, self._t, self._states[0], most)
+        if states is None:
+            return None
+        found = self._said(companion, 0, Followed(states, 0, self.end, ended=False))
+        return found if found.largest <= LARGEST_ERROR and self._is_confirmed(found, accurate) else None
+
+    def _is_confirmed(self, found: ErrorEstimate, accurate: Companion) -> bool:
+        """Whether a companion goes the way of another one where steps of the run were shortest, and where longest.
+
+        What it finds to be off there would have to be harmless, or small beside what the other one has found, if it
+        came in all of the run.
+        """
+        harmless = max(_OF_FOUND_BY_SERIES * found.largest, self._solution.rtol)
+        for first, last in self._places_to_confirm():
+            ends = self._t[[first, last]]
+            seen = follow_smooth(self._solution, accurate, ends, found.states[first], _STEPS_TO_CONFIRM)
+            if seen is None:
+                return False
+            off = float(self._off(seen[1:], found.states[last : last + 1], self._size).max())
+            if not off * (self.end - float(self._t[0])) <= harmless * float(ends[1] - ends[0]):
+                return False
+        return True
+
+    def _places_to_confirm(self) -> Iterator[tuple[int, int]]:
+        """Yield from which frame to which: around some of the shortest steps, and around the longest."""
+        ends, lengths = self._solution.step_log[:, 0], self._solution.step_log[:, 1]
+        n, last = len(lengths), len(self._t) - 1
+        around, shortest = max(1, round(_PART_TO_CONFIRM * n)), int(np.argmin(lengths))
+        first = min(max(shortest - around // 2, 0), max(n - around, 0))
+        longest = int(np.argmax(lengths))
+        for k, many in ((first, around), (longest, 1)):
+            begin = float(ends[k] - lengths[k])
+            end = float(ends[min(k + many, n) - 1])
+            left = max(int(np.searchsorted(self._t, begin, side="right")) - 1, 0)
+            right = min(int(np.searchsorted(self._t, end)), last)
+            yield min(left, last - 1), max(right, left + 1)
 
     def frame(self, t: float) -> int:
         """Return the first frame at or after a time [s]."""

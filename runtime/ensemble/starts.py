@@ -46,9 +46,9 @@ def not_numbers(system: System, parameters: np.ndarray) -> dict[int, str]:
 
 
 def no_models(system: System, parameters: np.ndarray) -> dict[int, str]:
-    """Return which members, by their row, have parameters that the model's description does not allow, and why."""
+    """Return which members, by their row, have parameters that the model does not allow, and why."""
     if system.values_of_runs is None:
-        return {}
+        return system.beyond_limits(parameters)
     columns = {record["name"]: parameters[:, k] for k, record in enumerate(system.parameters)}
     return system.values_of_runs.of_members(
         {name: x if (x != x[0]).any() else x[0] for name, x in columns.items()}

@@ -55,6 +55,9 @@ LATE = (
     "closed_residual_jacobian",
 )  # what a module may leave out until a run asks for it
 
+# The function of the numbers that parameters make and that have a bound, and the key of the header that has these.
+LIMITS = "limits"
+
 # What robot programs call, in modules of their own (docs/abi.md), and the same for each frame: `pose_tool`.
 ROBOT_FUNCTIONS = (
     "inverse_dynamics", "inverse_dynamics_derivatives", "forward_dynamics", "forward_dynamics_derivatives",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from ..model.description import Body, Constraint, Description, Event, Input, Parameter, Rate
 from ..model.sensors import has_sensed_outputs
 from ..version import __version__
+from .limits import limit_records
 from .starts import has_formulas
 from .structure import FLAGS, Movement, structure
 from .variables import Variables, with_rates
@@ -38,6 +39,7 @@ def header(d: Description, derivation: Derivation, source: str, operations: dict
         **_balances(d),
         **({"sensed": True} if has_sensed_outputs(d) else {}),
         **({"starts": True} if has_formulas(d) else {}),
+        **limit_records(d),
         **_states(d, with_rates(d).rates),
     }
 

@@ -21,6 +21,7 @@ from .graph.vectors import normalised
 from .header import header
 from .input_rates import with_input_rates
 from .jumps import with_branches
+from .limits import limit_function
 from .marks import Mark, height_function, mark_function, mark_records, marks
 from .program import CLOSED_PREFIX, Function, Program
 from .solve import factorise as ldl
@@ -78,6 +79,7 @@ def derive(
     own += (
         *drawn_marks(d, found),
         *start_function(d.loader, d.description),
+        *limit_function(d.loader.load, description),
         *_start_conditions(d),
         *time_function(own_terms(d.g, own)),
     )
@@ -109,6 +111,7 @@ def derive_switched(description: Description, source: str, late: Collection[str]
     own += (
         *drawn_marks(d, found),
         *start_function(d.loader, description),
+        *limit_function(d.loader.load, description),
         *_start_conditions(d),
         watched,
         *time_function(own_terms(d.g, own)),

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from symgen.derive.rolling import OUT, schedule
 from symgen.runtime.graph.functions import IN_CODE
-from symgen.runtime.graph.layouts import settings_of
+from symgen.runtime.graph.layouts import LIMITS, settings_of
 from symgen.runtime.graph.spelling import spelled
 
 from ..derive.graph.graph import Graph
@@ -30,7 +30,7 @@ SMALLEST_IN_TURNS = 30_000
 SMALLEST_WITH_FRONTS = 1000
 # What only looks is called once a frame, if at all: loops that take twice as long are worth text that is read at once.
 SMALLEST_OBSERVER = 1000
-OBSERVERS = ("poses", "shapes")
+OBSERVERS = ("poses", "shapes", LIMITS)
 TEXT = dense_solve.TEXT | fronts.TEXT
 DECORATOR = '@njit(error_model="numpy")\n'
 
@@ -157,7 +157,7 @@ def pieces(program: Program, by_loops: bool = False) -> Pieces:
             "from numba import njit",
             *([f"from numpy import {', '.join(of_numpy)}"] if of_numpy else []),
         ),
-        {name: function.n_hoisted for name, function in functions.items() if function.n_hoisted},
+        {name: f.n_hoisted for name, f in functions.items() if f.n_hoisted and name != LIMITS},
         tables.names,
         (*solvers, *("\n".join(f.lines) + "\n" for f in functions.values())),
     )

@@ -36,7 +36,7 @@ LONGEST_PERIOD = 64  # entries of a table that repeat
 FEWEST_PERIODS = 4
 # What the header says in the same words of all lengths.
 _SAME = frozenset(
-    ("abi", "generator", "nw", "quaternions", "structure", "run", "subsystems", "late", "solve")
+    ("abi", "generator", "nw", "quaternions", "structure", "run", "subsystems", "late", "solve", "limits")
 )  # fmt: skip
 _NUMBER = re.compile(r"(?<![\w.])\d+(?![\w.])")  # whole numbers that stand by themselves
 

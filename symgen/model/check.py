@@ -15,7 +15,7 @@ from symgen.model import dimensions
 from ..errors import nearest
 from . import algebra, check_values
 from .check_tree import LoopChecker, check_tree
-from .check_values import check_contacts, check_velocity_constraints, is_massless
+from .check_values import check_contacts, check_velocity_constraints
 from .closures import check_closures
 from .contact_pairs import check_pairs
 from .curves import one_way_fault
@@ -48,6 +48,7 @@ from .items import (
 from .joint_tree import coordinates_in, motion_of, moved_by
 from .joint_types import TYPES
 from .printing import shortened
+from .requirements import is_massless, limits
 from .rolling import check_rolling
 from .rotors import check_rotors
 from .sensors import with_sensors
@@ -295,7 +296,8 @@ def finished(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Desc
     full = expand(d, sources, kinds)
     checker.add_axes(full)
     found = [(item, checker.written_out(item).coordinates) for item in items(full)]
-    full = replace(full, balanced=check_mentions(full, sources, found, checker.moved))
+    balanced = check_mentions(full, sources, found, checker.moved)
+    full = replace(full, balanced=balanced, limits=limits(d))
     return dimensions.with_units_of_results(full, dimensions.check_units(d, sources))
 
 

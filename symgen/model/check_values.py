@@ -7,16 +7,19 @@ Degrees of expressions in the rates, found on the expression tree without expand
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+
+from symgen.runtime.graph.bounds import ZERO, is_broken
 
 from ..errors import ModelError
 from . import algebra
 from .algebra import postorder
-from .description import Body, Bristle, Description, Joint, Solid
+from .description import Description
 from .evaluate import NotFinite, Value, evaluate
 from .expression_tree import kind
 from .items import Item, definition_items, items
 from .printing import shortened
+from .requirements import Requirement, of_bristles, requirements
 from .sources import Address, Sources
 
 NONLINEAR = 2
@@ -117,89 +120,6 @@ def _check_rows(d: Description, sources: Sources) -> None:
             taken.add(row)
 
 
-def _check_bristle(b: Bristle, values: Mapping[Address, float | None], sources: Sources) -> None:
-    table = f"bristles.{b.name}"
-    known = {
-        key: values.get((table, key)) for key in ("stiffness", "damping", "viscous", "coulomb", "static")
-    }
-    for key, value in known.items():
-        least = "positive" if key in ("stiffness", "coulomb") else "zero or more"
-        if value is not None and (value < 0.0 or (value == 0.0 and least == "positive")):
-            hint = None
-            if key == "coulomb" and value == 0.0:
-                hint = f"bristles bear nothing then: write what is left as a force, such as -c*{shortened(b.speed)}"
-            message = f"it is {value:g} at the parameters' values: it is to be {least}"
-            raise sources.error(table, key, message, hint=hint)
-    if None not in (known["static"], known["coulomb"]) and known["static"] < known["coulomb"]:
-        message = f"it is {known['static']:g}, less than what slides, {known['coulomb']:g}"
-        raise sources.error(
-            table, "static", message, hint="leave it out for friction without Stribeck's fall"
-        )
-
-
-def _check_static(
-    table: str, keys: tuple[str, ...], values: Mapping[Address, float | None], sources: Sources
-) -> None:
-    """Whether what sticks bears no less than what slides has, where both are known."""
-    static = values.get((table, "static"))
-    sliding = next((x for key in keys if (x := values.get((table, key))) is not None), None)
-    if static is not None and sliding is not None and static < sliding:
-        message = (
-            f"it is {static:g} at the parameters' values, less than while it slides, {sliding:g}: "
-            "what has come to rest would slip at once"
-        )
-        hint = f"give {sliding:g} or more, or leave it out: it is {sliding:g} then"
-        raise sources.error(table, "static", message, hint=hint)
-
-
-def check_contact_values(d: Description, values: Mapping[Address, float | None], sources: Sources) -> None:
-    """Check what parameters and constants determine."""
-    restituting = [(f"stops.{s.name}", "restitution") for s in d.stops]
-    restituting += [(f"joints.{j.name}", "restitution") for j in d.joints if j.restitution is not None]
-    restituting += [(f"contacts.{c.name}", "restitution") for c in d.pairs]
-    for table, key in restituting:
-        value = values.get((table, key))
-        if value is not None and not 0.0 <= value <= 1.0:
-            message = f"the restitution is {value:g} at the parameters' values, not from 0 to 1"
-            raise sources.error(table, key, message)
-    for c in (*d.contacts, *d.pairs):
-        table = f"contacts.{c.name}"
-        exponent = values.get((table, "exponent"))
-        if exponent is not None and exponent < 1.0:
-            raise sources.error(
-                table,
-                "exponent",
-                f"the exponent is {exponent:g}: it is at least 1",
-                hint="choose 1 or more; 1.5 is Hertz's",
-            )
-        for key in ("stiffness", "damping", "friction", "static"):
-            value = values.get((table, key))
-            if value is not None and value < 0.0:
-                raise sources.error(
-                    table,
-                    key,
-                    f"the {key} is negative at the parameters' values: {value:g}",
-                    hint="look at the parameters in it",
-                )
-        _check_static(table, ("friction",), values, sources)
-    for f in d.frictions:
-        for key in ("coefficient", "static") if f.normal else ("force", "torque", "static"):
-            value = values.get((f"friction.{f.name}", key))
-            if value is not None and value < 0.0:
-                what = "coefficient" if f.normal else "friction"
-                message = f"the {what} is negative at the parameters' values: {value:g}"
-                raise sources.error(f"friction.{f.name}", key, message)
-        _check_static(
-            f"friction.{f.name}", ("coefficient",) if f.normal else ("force", "torque"), values, sources
-        )
-    smooth = [(f"friction.{f.name}", "creep" if f.creeps else "smooth") for f in d.frictions]
-    for table, key in (*smooth, *((f"contacts.{c.name}", "smooth") for c in (*d.contacts, *d.pairs))):
-        value = values.get((table, key))
-        if value is not None and value <= 0.0:
-            message = f"the speed is not positive at the parameters' values: {value:g}"
-            raise sources.error(table, key, message, hint=f"leave '{key}' out for friction that sticks")
-
-
 ROUND_OFF = 1e-9  # of the largest moment of inertia, or value
 ORIENTATIONS = ((1.0, 0.0, 0.0, 0.0), (0.8, 0.6, 0.0, 0.0), (0.5, -0.5, 0.5, 0.5), (0.1, 0.1, -0.7, 0.7))
 
@@ -220,51 +140,24 @@ def check_values(d: Description, sources: Sources) -> None:
     parts = {}
     for item in others:
         values[item.table, item.key] = _value(item, known, sources, parts)
-    for b in d.bristles:  # their laws, which are definitions, divide by what is checked here
-        _check_bristle(b, values, sources)
+    for r in of_bristles(d):  # their laws, which are definitions, divide by what is checked here
+        _check(r, values, sources)
     if without_value is not None:
         raise without_value
     _check_quaternion_constraints(d, known, sources)
-    for body in d.bodies:
-        _check_solids(body, values, sources)
-        _check_mass(body, values, sources)
-        _check_inertia(body, values, sources)
-    for joint in d.joints:
-        _check_joint(joint, values, sources)
-    for loop in d.loops:
-        length = values.get((f"constraints.{loop.name}", "distance.length"))
-        if length is not None and length <= 0:
-            message = f"the length is not positive at the parameters' values: {length:g} m"
-            hint = "hold points at one place by 'coincident'" if length == 0 else None
-            raise sources.error(f"constraints.{loop.name}", "distance.length", message, hint=hint)
-    for s in d.springs:
-        given = (("length", s.places), ("stiffness", True), ("damping", True), ("mass", True))
-        for key in (key for key, counts in given if counts):
-            _check_not_negative(f"springs.{s.name}", key, key, values, sources)
-    for b in d.bushings:
-        for key, given in (("stiffness", b.stiffness), ("damping", b.damping)):
-            for k in range(len(given)):
-                _check_not_negative(f"bushings.{b.name}", f"{key}[{k}]", key, values, sources)
-    for r in d.rotors:
-        _check_not_negative(f"rotors.{r.name}", "inertia", "inertia", values, sources, " kg m^2")
-    for c in d.pairs:
-        for solid in (*c.shapes, *c.other_shapes):  # a sphere of no size is a point
-            for k in range(len(solid.sizes)):
-                key = f"{solid.place}.{solid.kind}[{k}]"
-                _check_not_negative(f"contacts.{c.name}", key, "size", values, sources, " m")
-    for r in d.rolling:
-        radius = values.get((f"rolling.{r.name}", r.kind))
-        if radius is not None and radius <= 0:
-            message = f"the radius is not positive at the parameters' values: {radius:g} m"
-            raise sources.error(f"rolling.{r.name}", r.kind, message, hint="look at the parameters in it")
-    check_contact_values(d, values, sources)
-    _check_plane(d, values, sources)
+    for r in requirements(d):
+        _check(r, values, sources)
 
 
-def is_massless(body: Body) -> bool:
-    """Whether a body is drawn only: mass and inertia are zero, whatever the parameters are set to."""
-    parts = [x for x in (body.mass, *body.inertia) if x is not None]
-    return all(x.is_Number and x.is_zero for x in parts)  # 0.0 is equal to no integer
+def _check(r: Requirement, values: Mapping[Address, float | None], sources: Sources) -> None:
+    """Refuse numbers that are not what they have to be.
+
+    What parameters do not determine is not looked at; but what is to be zero is not zero then.
+    """
+    numbers = [values.get((r.table, key)) for key in r.numbers]
+    if r.bound == ZERO if None in numbers else is_broken(r.bound, *numbers):
+        hint = r.hint and r.hint.format(*numbers)
+        raise sources.error(r.table, r.key, r.says.format(*numbers), hint=hint)
 
 
 def _value(
@@ -279,101 +172,6 @@ def _value(
             f"'{shortened(error.node)}' has no finite value at the parameters' values",
             hint="look for a division by zero, or the root or logarithm of a negative number",
         ) from None
-
-
-def _check_solids(body: Body, values: Mapping[Address, float | None], sources: Sources) -> None:
-    table = f"bodies.{body.name}"
-    _check_sizes(table, body.solids, values, sources)
-    for k in range(len(body.shape.sizes) if body.shape is not None else 0):  # drawn alone
-        _check_not_negative(table, f"shape.{body.shape.kind}[{k}]", "size", values, sources, " m")
-    found = [values.get((table, key)) for key in ("mass", "inertia", *(f"inertia[{k}]" for k in range(3)))]
-    if any(solid.cut for solid in body.solids) and any(x is not None and x <= 0 for x in found):
-        message = "the holes of the body are larger than its shapes at the parameters' values"
-        raise sources.error(table, "shape", message, hint="look at the sizes of those with 'cut'")
-
-
-def _check_not_negative(
-    table: str, key: str, what: str, values: Mapping[Address, float | None], sources: Sources, unit: str = ""
-) -> None:
-    value = values.get((table, key))
-    if value is not None and value < 0:
-        message = f"the {what} is negative at the parameters' values: {value:g}{unit}"
-        raise sources.error(table, key, message, hint="look at the parameters in it")
-
-
-def _check_sizes(
-    table: str, solids: Sequence[Solid], values: Mapping[Address, float | None], sources: Sources
-) -> None:
-    for solid in solids:
-        key = f"{solid.place}.{solid.kind}"
-        sizes = [values[table, f"{key}[{k}]"] for k in range(len(solid.sizes))]
-        hollow = solid.kind == "tube" and len(sizes) > 1
-        for k, size in enumerate(sizes):
-            if size < 0 or (size == 0 and not (hollow and k == 1)):
-                message = f"the size is not positive at the parameters' values: {size:g} m"
-                raise sources.error(table, f"{key}[{k}]", message, hint="look at the parameters in it")
-        if hollow and sizes[1] >= sizes[0]:
-            message = f"the inner radius {sizes[1]:g} m is not below the outer one, {sizes[0]:g} m"
-            raise sources.error(table, f"{key}[1]", message, hint="the outer radius comes first")
-
-
-def _check_mass(body: Body, values: Mapping[Address, float | None], sources: Sources) -> None:
-    table = f"bodies.{body.name}"
-    mass = values.get((table, "mass"))
-    if mass is not None and mass < 0:
-        raise sources.error(
-            table,
-            "mass",
-            f"the mass is negative at the parameters' values: {mass:g} kg",
-            hint="look at the parameters in it",
-        )
-
-
-def _check_inertia(body: Body, values: Mapping[Address, float | None], sources: Sources) -> None:
-    table = f"bodies.{body.name}"
-    if len(body.inertia) == 1:
-        moment = values[table, "inertia"]
-        if moment is not None and moment < 0:
-            raise sources.error(
-                table,
-                "inertia",
-                f"the inertia is negative at the parameters' values: {moment:g} kg m^2",
-                hint="look at the parameters in it",
-            )
-    elif body.inertia:
-        entries = [values[table, f"inertia[{k}]"] for k in range(len(body.inertia))]
-        xx, yy, zz, xy, xz, yz = [*entries, 0.0, 0.0, 0.0][:6]
-        for k, moment in enumerate((xx, yy, zz)):
-            if moment < 0:
-                message = f"the inertia is negative at the parameters' values: {moment:g} kg m^2"
-                raise sources.error(table, f"inertia[{k}]", message)
-        # In parts of the largest, whose cube may be out of range.
-        largest = max(xx, yy, zz, abs(xy), abs(xz), abs(yz)) or 1.0
-        xx, yy, zz, xy, xz, yz = (entry / largest for entry in (xx, yy, zz, xy, xz, yz))
-        minors = (xx * yy - xy * xy, xx * zz - xz * xz, yy * zz - yz * yz)
-        determinant = xx * minors[2] - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
-        if min(minors) < -ROUND_OFF or determinant < -ROUND_OFF:
-            message = "the inertia tensor has a negative principal moment at the parameters' values"
-            raise sources.error(table, "inertia", message, hint="its elements are signed as in URDF")
-
-
-def _check_joint(joint: Joint, values: Mapping[Address, float | None], sources: Sources) -> None:
-    table = f"joints.{joint.name}"
-    for k, _ in enumerate(joint.armature):
-        key = "armature" if len(joint.armature) == 1 else f"armature[{k}]"
-        if values[table, key] < 0:
-            message = f"the armature is negative at the parameters' values: {values[table, key]:g}"
-            raise sources.error(table, key, message)
-    for key, given in (("stiffness", joint.stiffness), ("damping", joint.damping)):
-        for k in range(len(given)):
-            _check_not_negative(table, key if len(given) == 1 else f"{key}[{k}]", key, values, sources)
-    if joint.limits:
-        lower, upper = (values[table, f"limits[{k}]"] for k in (0, 1))
-        if lower >= upper:
-            message = (
-                f"the lower limit {lower:g} is not below the upper one {upper:g} at the parameters' values"
-            )
-            raise sources.error(table, "limits", message)
 
 
 def _check_quaternion_constraints(
@@ -400,17 +198,3 @@ def _check_quaternion_constraints(
                 message = f"the constraint holds nothing: it has one value in all orientations of '{joint}'"
                 hint = "quaternions are kept at unit length without constraints: leave it out"
                 raise sources.error("constraints", c.name, message, hint=hint)
-
-
-def _check_plane(d: Description, values: Mapping[Address, float | None], sources: Sources) -> None:
-    """Gravity along z would do nothing to bodies in the x-y plane: more likely it was meant as y."""
-    if d.gravity is None or values["gravity", "z"] == 0:
-        return
-    for body in d.bodies:
-        if body.planar and not is_massless(body):
-            raise sources.error(
-                "gravity",
-                "z",
-                f"gravity along z does not move the planar body '{body.name}'",
-                hint="planar bodies move in the x-y plane: use y, or give 'com' a third component",
-            )

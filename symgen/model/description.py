@@ -630,6 +630,18 @@ class Winding:
 
 
 @dataclass(frozen=True)
+class Limit:
+    """Numbers that parameters make, at an address of the model, and what they have to be at all parameters.
+
+    `bound` is one of `symgen.runtime.graph.bounds`, which says how many numbers it is about.
+    """
+
+    name: str
+    bound: str
+    numbers: tuple[Expr, ...]
+
+
+@dataclass(frozen=True)
 class Port:
     """What an assembly is given by the model that uses it: `kind` is one of `assemblies.PORT_KINDS`."""
 
@@ -678,7 +690,7 @@ class Description:
     a joint has `com` in its own frame; the frame of any other stands at its centre of mass, with its axes.
     `forces` are by the names of rates, as are resets of rates; in a finished description those of `states` are their
     derivatives. `units_of_outputs` and `units_of_multipliers` have those names whose dimension follows from the units
-    that were given.
+    that were given; `limits`, what is required of parameters, is found with them.
     """
 
     name: str
@@ -732,6 +744,7 @@ class Description:
     start: StartConditions | None = None
     balanced: tuple[str, ...] = ()
     windings: tuple[Winding, ...] = ()
+    limits: tuple[Limit, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.rates:

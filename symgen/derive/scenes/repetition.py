@@ -17,13 +17,14 @@ from symgen.model.algebra import postorder
 from ...model import algebra
 from ...model.algebra import Expr, Symbol
 from ...model.description import Body, Coordinate, Description
+from ...model.expression_tree import names_in
 
 FURTHEST = 8  # blocks from one to another that it mentions
 MOST_APART = 16  # blocks at both ends together that differ from the others
 # What a description may have; in models with anything else no repetition is looked for.
 _READ = frozenset(
     ("name", "description", "coordinates", "parameters", "constants", "definitions", "bodies", "gravity", "constraints",
-     "run", "folder", "rates", "impacts", "units_of_outputs", "units_of_multipliers")
+     "run", "folder", "rates", "impacts", "units_of_outputs", "units_of_multipliers", "limits")
 )  # fmt: skip
 
 
@@ -122,7 +123,8 @@ def repetition(d: Description, fewest: int) -> Repetition | None:
     if not _is_plain(d):
         return None
     n = gcd(*(len(x) for x in (d.coordinates, d.definitions, d.bodies, d.constraints) if x))
-    if n < fewest:
+    own = {name for name, _ in d.definitions}
+    if n < fewest or any(names_in(x) & own for limit in d.limits for x in limit.numbers):
         return None
     places = {
         c.name: ("coordinate", *divmod(k, len(d.coordinates) // n)) for k, c in enumerate(d.coordinates)

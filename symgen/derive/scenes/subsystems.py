@@ -23,6 +23,7 @@ from ..graph.nodes import INPUT, LAM, PARAM, A, Q, T, V
 from ..header import dependence, header
 from ..input_rates import inputs_held
 from ..jumps import expressions_of_motion, has_jumps
+from ..limits import limit_function
 from ..load import Loader
 from ..marks import Mark, height_function, mark_function, mark_records, marks
 from ..pipeline import functions
@@ -42,7 +43,7 @@ def watchers(
 ) -> tuple[Graph, list[Function]]:
     """The functions that look at a scene, on a graph of their own."""
     g = Graph()
-    if not (d.outputs or d.events or d.windings or marks):
+    if not (d.outputs or d.events or d.windings or d.limits or marks or formulas(d)):
         return g, []
     needed = _needed(d, marks)
     symbols = {"t": g.var(T)}
@@ -64,7 +65,8 @@ def watchers(
         if name in needed and name not in symbols:
             loader.define(name, expression)
     drawn = (*mark_function(loader, marks), *height_function(loader, marks))
-    return g, [*_functions(d, loader), *drawn, *start_function(loader, d)]
+    made = (*start_function(loader, d), *limit_function(loader.load, d))
+    return g, [*_functions(d, loader), *drawn, *made]
 
 
 def _functions(d: Description, loader: Loader) -> Iterator[Function]:
@@ -90,6 +92,7 @@ def _needed(d: Description, marks: list[Mark]) -> set[str]:
     roots = [*(expression for _, expression in d.outputs), *(x for mark in marks for x in mark.values)]
     roots += [mark.height for mark in marks if mark.height is not None]
     roots += formulas(d)
+    roots += (x for limit in d.limits for x in limit.numbers)
     roots += (x for winding in d.windings for x in winding.angles)
     for event in d.events:
         roots += [event.when, *(r.value for r in event.resets)]

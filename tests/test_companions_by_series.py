@@ -1,0 +1,84 @@
+"""Companions by series of runs by series: as good as explicit ones, which confirm them in places."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import symgen
+from symgen.runtime.checks import error_estimate
+from symgen.runtime.checks.companion import by_series, follow_smooth, independent
+
+
+@pytest.fixture(scope="module")
+def double_pendulum():
+    return symgen.load("double_pendulum")
+
+
+def accuracy(run):
+    return next(entry for entry in run.health if entry.check == "accuracy")
+
+
+def methods_of_companions(monkeypatch):
+    """The methods of companions that follow smooth equations, as they are asked for."""
+    asked = []
+
+    def noted(solution, companion, *rest):
+        asked.append((companion.method.name, len(rest[0])))
+        return follow_smooth(solution, companion, *rest)
+
+    monkeypatch.setattr(error_estimate, "follow_smooth", noted)
+    return asked
+
+
+@pytest.mark.parametrize("rtol", [1e-5, 1e-8, 1e-11])
+def test_the_error_is_what_an_explicit_companion_says(rtol, double_pendulum, monkeypatch):
+    asked = methods_of_companions(monkeypatch)
+    run = double_pendulum.run(10.0, method="taylor", rtol=rtol, atol=rtol / 100)
+    assert accuracy(run).ok
+    assert asked == [("taylor", len(run.t)), ("dop853", 2), ("dop853", 2)]
+    reference = double_pendulum.run(10.0, method="dop853", rtol=2e-14, atol=1e-16)
+    size = np.maximum(np.ptp(run.states, axis=0), 1e-3 * np.abs(run.states).max(axis=0))
+    true = float((np.abs(run.states - reference.states) / size).max())
+    assert accuracy(run).value == pytest.approx(true, rel=0.2)
+
+
+def test_a_fault_that_series_share_is_found(double_pendulum, monkeypatch):
+    """Of a run with another weight of a bob, by what then agrees with it everywhere."""
+    nominal = double_pendulum.run(10.0, method="taylor")
+    other = double_pendulum.run(
+        10.0, method="taylor", parameters={"m2": nominal.parameters["m2"] * (1 + 1e-6)}
+    )
+    wrong = replace(other, p=nominal.p)
+
+    def alike(solution, companion, times, state, most_steps):
+        if companion.method.series:
+            return solution.states.copy()
+        return follow_smooth(solution, companion, times, state, most_steps)
+
+    monkeypatch.setattr(error_estimate, "follow_smooth", alike)
+    off = np.abs(other.states - nominal.states) / np.ptp(nominal.states, axis=0)
+    assert accuracy(wrong).value == pytest.approx(float(off.max()), rel=0.3)
+
+
+def test_what_may_be_met_between_steps_is_left_to_explicit_companions(monkeypatch):
+    asked = methods_of_companions(monkeypatch)
+    model = symgen.Model("well")
+    model.coordinate("x", start=1.0)
+    model.kinetic("dot(x)^2/2")
+    model.potential("x^2/2 + exp(-(x/0.1)^2)/10")
+    run = model.derive().run(20.0, method="taylor")
+    assert not accuracy(run).ok and asked == []  # it went over the well, as another run by series may
+
+
+def test_fixed_and_explicit_runs_have_no_companion_by_series(double_pendulum):
+    for options in (
+        {"method": "dop853"},
+        {"method": "rk4", "step": 0.01},
+        {"method": "taylor", "max_step": 0.01},
+    ):
+        run = double_pendulum.run(2.0, **options)
+        own = error_estimate.method_of(run)
+        assert by_series(run, independent(run, own, 1.0)[0]) is None
