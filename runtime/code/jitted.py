@@ -117,17 +117,24 @@ class Jitted:
     def _first_code(self, args: tuple, variant: Variant, *, at_once: bool) -> native.NativeFunction:
         """Return the best code that there is, and let better code follow where that takes a while to make."""
         layout, kinds = native.layout(args), native.argument_types(args)
-        ahead: list[Quality] = ["vector", "scalar"] if variant[1] else ["scalar"]
-        waits = not at_once and not self._is_kept(layout, ahead[0])
-        size = len((waits and self._shipped(layout)) or b"")
-        if size < _LONG:  # or not shipped: what Numba compiles takes so long that LLVM's part does not matter
-            return self.load(layout, kinds, ahead[0], args)
-        better = list(itertools.takewhile(lambda quality: not self._is_kept(layout, quality), ahead))
-        first = ahead[len(better)] if len(better) < len(ahead) else "draft"
+        best_first: list[Quality] = ["vector", "scalar"] if variant[1] else ["scalar"]
+        if at_once or not self._takes_long(layout, best_first[0]):
+            return self.load(layout, kinds, best_first[0], args)
+        better = list(itertools.takewhile(lambda quality: not self._is_kept(layout, quality), best_first))
+        first = best_first[len(better)] if len(better) < len(best_first) else "draft"
         code = self.load(layout, kinds, first, args)
-        seconds = [(quality, size * _SECONDS_PER_BYTE[quality]) for quality in better]
+        seconds = [(quality, code.size * _SECONDS_PER_BYTE[quality]) for quality in better]
         self._stand_ins[variant] = LoopStandIn(self, variant, (layout, kinds), seconds)
         return code
+
+    def _takes_long(self, layout: str, quality: Quality) -> bool:
+        """Whether machine code of a quality is still to be made, of so much that it takes a while."""
+        if self._is_kept(layout, quality):
+            return False
+        if self._is_kept(layout, "draft"):  # finding what was shipped takes longer than many runs
+            return True
+        found = self._shipped(layout)  # what Numba compiles takes so long that LLVM's part does not matter
+        return found is not None and len(found) > _LONG
 
     def take(self, variant: Variant, code: native.NativeFunction, *, is_last: bool) -> None:
         """Let calls with such arguments take this code from now on."""

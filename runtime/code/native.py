@@ -159,11 +159,17 @@ class NativeFunction:
         From `pack`.
     kinds : list
         Types in C of the arguments that it was compiled for, from `argument_types`.
+
+    Attributes
+    ----------
+    address : int
+    size : int
+        Bytes of the object code.
     """
 
     def __init__(self, name: str, content: bytes, kinds: list) -> None:
         head, code = unpack(content)
-        self.name = name
+        self.name, self.size = name, len(code)
         self._code = engine.MachineCode(_provided(head["needs"]))
         self.address = self._code.add(code, head["symbol"])
         fields = [(f"f{k}", RESULTS[kind]) for k, kind in enumerate(head["results"])]
