@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from symgen.runtime.abi import ENTRIES, array_sizes
+from symgen.runtime.code import stand_ins
 from symgen.runtime.code.function_text import FunctionText
 from symgen.runtime.errors import UnknownNameError, nearest
 from symgen.runtime.kernel import Kernel, KernelSource, compile_kernel
@@ -59,6 +60,8 @@ class ModelFunctions:
                 kernel = self._kernels.get(function)
                 if kernel is None:
                     kernel = self._kernels[function] = compile_kernel(self._kernel_source(function))
+        if stand_ins.at_once:
+            kernel.settle()
         return kernel
 
     @property

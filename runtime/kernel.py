@@ -10,6 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from symgen.runtime.code import stand_ins
 from symgen.runtime.code.bridge import address_of, evaluate_rows
 from symgen.runtime.code.function_text import FunctionText, Lengths
 from symgen.runtime.code.llvm_text import PRECOMPUTED
@@ -18,6 +19,7 @@ from symgen.runtime.lazy import Late
 from symgen.runtime.module_source import ModuleSource
 from symgen.runtime.record import record
 
+drafts = Late("symgen.runtime.code.drafts")
 engine = Late("symgen.runtime.code.engine")
 modules = Late("symgen.runtime.code.modules")
 
@@ -104,24 +106,45 @@ class Kernel:
     Attributes
     ----------
     name : str
-    address : int
-        Of the machine code, for `symgen.runtime.code.bridge.call_kernel`. Valid as long as this kernel lives.
     precomputed_address : int
-        The same for a `p` that `System.precomputed` has made: without the work that depends on parameters only.
+        As `address`, for a `p` that `System.precomputed` has made: without the work that depends on parameters only.
     out_size : int
         The number of values that it may write. Structural zeros are not written.
     """
 
     name: str
-    address: int
+    _address: int
     precomputed_address: int
     source: KernelSource = field(repr=False)
     _owner: Any = field(repr=False)
-    _call: Any = field(repr=False)
+    _draft: drafts.Draft | None = field(default=None, repr=False)
 
     def __post_init__(self):
         lengths = self.source.lengths
-        vars(self).update(_lengths=lengths, _shapes=((lengths.y,), (lengths.p,)))
+        vars(self).update(
+            _lengths=lengths, _shapes=((lengths.y,), (lengths.p,)), _call=_PROTOTYPE(self._address)
+        )
+
+    @property
+    def address(self) -> int:
+        """Of the machine code, for `symgen.runtime.code.bridge.call_kernel`, valid as long as this kernel lives."""
+        self.settle()
+        return self._address
+
+    def settle(self) -> None:
+        """Make the best code now if a draft stands in for it: for who must not wait for LLVM later."""
+        if self._draft is not None:
+            self._draft.go_over()
+            self._leave_draft()
+
+    def _leave_draft(self) -> None:
+        """Take the better code, if it is there; the draft lives on, as its addresses may be known."""
+        draft = self._draft
+        if draft is not None and (better := draft.better()):
+            vars(self).update(
+                _address=better[0], precomputed_address=better[-1], _call=_PROTOTYPE(better[0]), _draft=None,
+                _owner=(self._owner, draft),
+            )  # fmt: skip
 
     @property
     def out_size(self) -> int:
@@ -154,7 +177,12 @@ class Kernel:
             out = np.zeros(self._lengths.out)
         else:
             self._check_out(out)
-        self._call(float(t), address_of(y), address_of(p), address_of(out))
+        if self._draft is None:
+            self._call(float(t), address_of(y), address_of(p), address_of(out))
+        else:
+            with stand_ins.counted():
+                self._call(float(t), address_of(y), address_of(p), address_of(out))
+            self._leave_draft()
         return out
 
     def rows(self, times: np.ndarray, states: np.ndarray, p: np.ndarray) -> np.ndarray:
@@ -172,7 +200,7 @@ class Kernel:
         ndarray, shape (n, out_size)
         """
         out = np.zeros((len(times), self.out_size))
-        evaluate_rows(self.address, times, states, p, out)
+        evaluate_rows(self._address, times, states, p, out)
         return out
 
     def _checked(self, name: str, values: Any, length: int) -> np.ndarray:
@@ -223,6 +251,11 @@ def compile_kernel(source: KernelSource) -> Kernel:
     try:
         owner, symbol = source.system.machine_code(), f"symgen_{source.name}"
         key = engine.cache_key(f"{symbol}\0{source.key_text()}")
+        seconds = drafts.seconds_of(source.code.text)
+        if drafts.is_wanted(key, seconds):
+            symbols = (symbol, symbol + PRECOMPUTED) if source.n_hoisted else (symbol,)
+            draft = drafts.Draft(key, source.name, symbols, source.lower_standalone, seconds, owner)
+            return Kernel(source.name, draft.addresses[0], draft.addresses[-1], source, owner, draft)
         address = owner.add(engine.object_code(key, source.name, symbol, source.lower_standalone), symbol)
         precomputed = owner.address(symbol + PRECOMPUTED) if source.n_hoisted else address
     except ModuleError:
@@ -237,7 +270,7 @@ def compile_kernel(source: KernelSource) -> Kernel:
         )
         owner = _compile_with_numba(source)
         address = precomputed = owner.address
-    return Kernel(source.name, address, precomputed, source, owner, _PROTOTYPE(address))
+    return Kernel(source.name, address, precomputed, source, owner)
 
 
 @record(eq=False)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from symgen.runtime.code import stand_ins
 from symgen.runtime.code.bridge import evaluate_rows
 from symgen.runtime.errors import ModuleError, RuntimeModelError, UnknownNameError, nearest
 from symgen.runtime.graph.layouts import BASE_PARAMETERS
@@ -79,7 +80,12 @@ class Robot:
     def kernel(self, function: str) -> Kernel:
         """Return a function as machine code, `f(t, y, p)`: y is q, v, and for dynamics a or tau behind."""
         self._known(function)
-        return self._system.kernel(function)
+        return self._kernel(function)
+
+    def _kernel(self, function: str) -> Kernel:
+        """Return a function as machine code that stays what it is: a control loop must not wait for LLVM."""
+        with stand_ins.avoided():
+            return self._system.kernel(function)
 
     def numba(self, function: str) -> Callable:
         """Return `f(t, y, p, out)` for calls from your own `numba.njit` code; lengths are checked.
@@ -231,7 +237,7 @@ class Robot:
     def _evaluate(self, function: str, arguments: Sequence[Any], parameters: Parameters) -> np.ndarray:
         """Results, one along the last axis for each state of the leading axes."""
         self._known(function)
-        kernel = self._system.kernel(function)
+        kernel = self._kernel(function)
         n_y = kernel.source.lengths.y
         parts = [
             self._checked(function, letter, value, size)

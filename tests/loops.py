@@ -35,4 +35,4 @@ def forget_machine_code(monkeypatch: pytest.MonkeyPatch) -> None:
             for value in vars(module).values():
                 if isinstance(value, Jitted):
                     monkeypatch.setattr(value, "_loaded", {})
-                    monkeypatch.setattr(value, "_stand_ins", set())
+                    monkeypatch.setattr(value, "_stand_ins", {})

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import functools
 from collections.abc import Callable
 
 import numpy as np
 
+from symgen.runtime.code import stand_ins
 from symgen.runtime.lazy import Late
 
 engine = Late("symgen.runtime.code.engine")
@@ -111,10 +113,11 @@ def evaluate_rows(
     `p` is for all rows, or has a row for each. All arrays are float64 and C-contiguous; their lengths are not checked.
     """
     n_p = p.shape[1] if p.ndim == 2 else 0
-    rows_caller()(
-        int(address), len(times), address_of(times), address_of(states), states.shape[1], address_of(p), n_p,
-        address_of(out), out.shape[1],
-    )  # fmt: skip
+    with stand_ins.counted() if stand_ins.any_waits() else contextlib.nullcontext():
+        rows_caller()(
+            int(address), len(times), address_of(times), address_of(states), states.shape[1], address_of(p), n_p,
+            address_of(out), out.shape[1],
+        )  # fmt: skip
 
 
 @functools.lru_cache(maxsize=1)

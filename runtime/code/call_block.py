@@ -9,7 +9,6 @@ from __future__ import annotations
 import ctypes
 import functools
 import struct
-import time
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,10 +16,12 @@ import numpy as np
 from symgen.runtime.code import engine, stand_ins
 from symgen.runtime.code.bridge import KERNEL_PROTOTYPE
 from symgen.runtime.code.jitted import DISABLE_JIT
+from symgen.runtime.code.native import flat
 from symgen.runtime.record import record
 
 if TYPE_CHECKING:
     from symgen.runtime.code.jitted import Jitted
+    from symgen.runtime.code.native import NativeFunction
 
 _TYPES = {
     ctypes.c_void_p: "ptr",
@@ -66,20 +67,17 @@ class CallBlock:
     def __call__(self) -> int:
         """Make the call; the interpreter's lock is free meanwhile."""
         if stand_ins.any_waits():
-            began = time.thread_time()
-            self._call(0.0, *self._places)
-            stand_ins.note(began)
+            with stand_ins.counted():
+                self._call(0.0, *self._places)
         else:
             self._call(0.0, *self._places)
         return int(self._result[0])
 
-    def take_vector_code(self) -> None:
-        """Call the function's vector code from now on."""
-        function, args, *_ = self._keep
-        native = function.with_vectors(*args)
+    def take(self, code: NativeFunction) -> None:
+        """Call this code of the same function from now on."""
         # What was called may be called still, in another thread.
-        vars(self)["_keep"] = (*self._keep, native)
-        self.block.view(np.uint64)[0] = native.address
+        vars(self)["_keep"] = (*self._keep, code)
+        self.block.view(np.uint64)[0] = code.address
 
 
 def call_block(function: Jitted, *args: Any) -> CallBlock:
@@ -92,14 +90,12 @@ def call_block(function: Jitted, *args: Any) -> CallBlock:
     """
     if DISABLE_JIT:
         return _interpreted(function, args)
-    native = function.compiled(*args)
-    kinds, values = native.flat(*args)
+    kinds, values = flat(args)
     owner, address = _code(tuple(_TYPES[kind] for kind in kinds))
-    slots = _packing(tuple(kinds)).pack(native.address, *(0 if x is None else x for x in values))
+    slots = _packing(tuple(kinds)).pack(0, *(0 if x is None else x for x in values))
     block = np.frombuffer(bytearray(slots), dtype=np.float64)
-    call = CallBlock(address, block, KERNEL_PROTOTYPE(address), np.zeros(1), (function, args, native, owner))
-    if function.stands_in(*args):
-        stand_ins.wait(call)
+    call = CallBlock(address, block, KERNEL_PROTOTYPE(address), np.zeros(1), (args, owner))
+    call.take(function.follow(call, *args))
     return call
 
 

@@ -27,7 +27,11 @@ compiler = Late("symgen.runtime.code.compiler")
 
 _KEPT_OBJECTS = 4000
 _LONG_COMPILE = 0.3  # seconds
-_SECONDS_PER_OPERATION = 6e-5
+FAST = "fast"
+LOOPS = "loops"
+DRAFT = "draft"
+# How code of a kind is compiled: the function of `compiler`, and roughly its time for an operation [s].
+_COMPILERS = {FAST: ("compile_ir", 6e-5), LOOPS: ("compile_loops", 6e-5), DRAFT: ("compile_draft", 6e-6)}
 # The files that decide what a function's machine code is; a test holds the list against their imports.
 _SOURCES = (
     "parse", "function_text", "lower", "llvm_text", "printing",
@@ -142,7 +146,7 @@ def object_code(
     lower: Callable[[str], tuple[str, int]],
     folder: Path | None = None,
     *,
-    loops: bool = False,
+    kind: str = FAST,
 ) -> bytes:
     """Return the object code for `key`, from the cache on disk, or compiled now and put there.
 
@@ -159,8 +163,8 @@ def object_code(
         It is called only when nothing is cached.
     folder : Path, optional
         The cache, instead of the user's.
-    loops : bool
-        Whether it is a module of loops, see `compiler.compile_loops`.
+    kind : {"fast", "loops", "draft"}
+        Which function of `compiler` makes it.
     """
     folder = folder or cache.cache_folder("kernels")
     path = folder / f"{key}.o"
@@ -169,11 +173,17 @@ def object_code(
         _noted[key] = folder
     if code is None:
         ir, operations = lower(symbol)
-        announce(name, operations, operations * _SECONDS_PER_OPERATION)
-        code = (compiler.compile_loops if loops else compiler.compile_ir)(ir)
+        function, seconds = _COMPILERS[kind]
+        announce(name, operations, operations * seconds)
+        code = getattr(compiler, function)(ir)
         if cache.store(path, code):
             cache.prune(folder, _KEPT_OBJECTS, "*.o")
     return code
+
+
+def is_kept(key: str) -> bool:
+    """Whether the cache on disk has object code for `key`."""
+    return (cache.cache_folder("kernels") / f"{key}.o").exists()
 
 
 @functools.lru_cache(maxsize=1)

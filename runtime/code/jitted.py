@@ -9,16 +9,19 @@ from __future__ import annotations
 
 import functools
 import hashlib
+import itertools
 import os
 import platform
 import threading
 import types
+import weakref
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from symgen.runtime.code import cache, engine, native, stand_ins
 from symgen.runtime.code.host import package_version, target
+from symgen.runtime.code.stand_ins import Quality
 from symgen.runtime.lazy import Late
 
 shipped = Late("symgen.runtime.code.shipped")
@@ -29,12 +32,25 @@ DISABLE_JIT = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 _KEPT = 400
 _SECONDS_PER_FUNCTION = 0.3  # roughly, to compile; for what the listener is told
 _FEW_STATES = 16
-_LONG = 20_000  # bytes of bitcode whose vector code takes a second and more to make
+_LONG = 5_000  # bytes of bitcode, whose machine code takes 0.05 s and more to make
+_SECONDS_PER_BYTE = {
+    "scalar": 9e-6,
+    "vector": 4e-5,
+}  # roughly, of bitcode, to make machine code of each quality
 # What `tests/ship_loops.py` sets: whether bitcode of the package is taken, and who is told of what Numba makes
 # (function, layout, bitcode).
 with_shipped = True
 watcher: Callable[[Jitted, str, bytes], None] | None = None
 _lock = threading.RLock()  # compiling changes settings of Numba for a while
+
+Variant = tuple[str, bool]  # types of arguments, and whether they ask for vector code
+
+
+class Follower(Protocol):
+    """Who holds the address of code for as long as there is no better."""
+
+    def take(self, code: native.NativeFunction) -> None:
+        """Call this code from now on."""
 
 
 class Jitted:
@@ -59,71 +75,95 @@ class Jitted:
         self.py_func = function
         self.distinct_arrays = distinct_arrays
         self.title = f"the step loop {function.__name__} (once per machine)"
-        self._loaded: dict[tuple[str, bool], native.NativeFunction] = {}
-        self._stand_ins: set[tuple[str, bool]] = set()
+        self._loaded: dict[Variant, native.NativeFunction] = {}
+        self._stand_ins: dict[Variant, LoopStandIn] = {}
 
     def __call__(self, *args: Any) -> Any:
-        return self._code(args)(*args)
+        code = self._code(args)
+        if not self._stand_ins:
+            return code(*args)
+        with stand_ins.counted():
+            return code(*args)
 
     def bind(self, *args: Any) -> Callable[[], Any]:
         """Return the call with these arguments; arrays are read and written where they are now."""
         return self._code(args).bind(*args)
 
     def compiled(self, *args: Any) -> native.NativeFunction:
-        """Return the machine code for arguments of these types, for callers that are machine code themselves."""
-        return self._code(args)
+        """Return the best code for arguments of these types, for callers that are machine code themselves."""
+        return self._code(args, at_once=True)
 
-    def stands_in(self, *args: Any) -> bool:
-        """Whether scalar code stands in for the vector code that arguments of these types ask for."""
-        return bool(self._stand_ins) and (native.signature(args), _is_large(args)) in self._stand_ins
-
-    def with_vectors(self, *args: Any) -> native.NativeFunction:
-        """Return the vector code for arguments of these types, which its calls take from now on."""
-        variant = native.signature(args), _is_large(args)
+    def follow(self, block: Follower, *args: Any) -> native.NativeFunction:
+        """Return code for arguments of these types; `block` is told when there is better."""
+        self._code(args)
         with _lock:
+            variant = _variant(args)
             if variant in self._stand_ins:
-                self._loaded[variant] = self._load(args, vectorised=True)
-                self._stand_ins.discard(variant)
+                self._stand_ins[variant].followers.add(block)
             return self._loaded[variant]
 
-    def _code(self, args: tuple) -> native.NativeFunction:
-        variant = native.signature(args), _is_large(args)
+    def _code(self, args: tuple, *, at_once: bool = False) -> native.NativeFunction:
+        variant, at_once = _variant(args), at_once or stand_ins.at_once
         code = self._loaded.get(variant)
-        if code is None:
+        if code is None or (at_once and variant in self._stand_ins):
             with _lock:
-                code = self._loaded.get(variant)
-                if code is None:
-                    waits = variant[1] and not stand_ins.at_once and self._has_long_way_to_vectors(args)
-                    if waits:
-                        self._stand_ins.add(variant)
-                    code = self._loaded[variant] = self._load(args, vectorised=variant[1] and not waits)
+                if variant not in self._loaded:
+                    self._loaded[variant] = self._first_code(args, variant, at_once=at_once)
+                while at_once and variant in self._stand_ins:
+                    self._stand_ins[variant].take_next()
+                code = self._loaded[variant]
         return code
 
-    def _has_long_way_to_vectors(self, args: tuple) -> bool:
-        """Whether vector code is still to be made, of so much that this takes a while."""
-        layout = native.layout(args)
-        if self._kept_at("loops", _fits(layout, vectorised=True)).exists():
+    def _first_code(self, args: tuple, variant: Variant, *, at_once: bool) -> native.NativeFunction:
+        """Return the best code that there is, and let better code follow where that takes a while to make."""
+        layout, kinds = native.layout(args), native.argument_types(args)
+        best_first: list[Quality] = ["vector", "scalar"] if variant[1] else ["scalar"]
+        if at_once or not self._takes_long(layout, best_first[0]):
+            return self.load(layout, kinds, best_first[0], args)
+        better = list(itertools.takewhile(lambda quality: not self._is_kept(layout, quality), best_first))
+        first = best_first[len(better)] if len(better) < len(best_first) else "draft"
+        code = self.load(layout, kinds, first, args)
+        seconds = [(quality, code.size * _SECONDS_PER_BYTE[quality]) for quality in better]
+        self._stand_ins[variant] = LoopStandIn(self, variant, (layout, kinds), seconds)
+        return code
+
+    def _takes_long(self, layout: str, quality: Quality) -> bool:
+        """Whether machine code of a quality is still to be made, of so much that it takes a while."""
+        if self._is_kept(layout, quality):
             return False
-        found = self._shipped(layout)  # what Numba compiles takes so long that vectors do not matter
+        if self._is_kept(layout, "draft"):  # finding what was shipped takes longer than many runs
+            return True
+        found = self._shipped(layout)  # what Numba compiles takes so long that LLVM's part does not matter
         return found is not None and len(found) > _LONG
 
-    def _load(self, args: tuple, *, vectorised: bool) -> native.NativeFunction:
-        layout = native.layout(args)
+    def take(self, variant: Variant, code: native.NativeFunction, *, is_last: bool) -> None:
+        """Let calls with such arguments take this code from now on."""
+        self._loaded[variant] = code
+        if is_last:
+            self._stand_ins.pop(variant, None)
+
+    def load(
+        self, layout: str, kinds: list, quality: Quality, args: tuple | None = None
+    ) -> native.NativeFunction:
+        """Return the code of one quality for arguments of a layout; `args` are some, if they may have to be typed."""
 
         def machine_code() -> bytes:
             found = self._shipped(layout)
             if found is not None:
                 try:
-                    return _emit(found, vectorised)
+                    return _emit(found, quality)
                 except RuntimeError:
                     pass  # an LLVM that cannot read what another version wrote
             made = self._kept("bitcode", (layout,), lambda: self._compile(args))
             if watcher is not None:
                 watcher(self, layout, made)
-            return _emit(made, vectorised)
+            return _emit(made, quality)
 
-        content = self._kept("loops", _fits(layout, vectorised=vectorised), machine_code)
-        return native.NativeFunction(self.py_func.__name__, content, args)
+        content = self._kept("loops", _fits(layout, quality), machine_code)
+        return native.NativeFunction(self.py_func.__name__, content, kinds)
+
+    def _is_kept(self, layout: str, quality: Quality) -> bool:
+        return self._kept_at("loops", _fits(layout, quality)).exists()
 
     def _shipped(self, layout: str) -> bytes | None:
         """Return the bitcode that came with the package, if it is of these sources and settings."""
@@ -180,6 +220,52 @@ class Jitted:
         return digest.hexdigest()
 
 
+class LoopStandIn:
+    """Code of one variant of a function that is called until better code has been made.
+
+    Parameters
+    ----------
+    function : Jitted
+    variant : tuple
+    fits : tuple
+        The layout of its arguments, and their types in C.
+    better : list of (Quality, float)
+        Qualities of code that it has not yet, the best first, with the seconds that they take to make.
+
+    Attributes
+    ----------
+    followers : set of Follower
+        Who is told of better code.
+    """
+
+    def __init__(
+        self, function: Jitted, variant: Variant, fits: tuple[str, list], better: list[tuple[Quality, float]]
+    ) -> None:
+        self._function, self._variant, self._fits, self._better = function, variant, fits, better
+        self.followers: weakref.WeakSet[Follower] = weakref.WeakSet()
+        self._wait()
+
+    def _wait(self) -> None:
+        self.seconds = self._better[-1][1]
+        stand_ins.wait(self)
+
+    def go_over(self) -> None:
+        """Make the next better code, and let it be called from now on."""
+        with _lock:
+            if self._better:
+                self.take_next()
+
+    def take_next(self) -> None:
+        """The same, for who holds the lock."""
+        quality, _ = self._better.pop()
+        code = self._function.load(*self._fits, quality)
+        self._function.take(self._variant, code, is_last=not self._better)
+        for follower in list(self.followers):
+            follower.take(code)
+        if self._better:
+            self._wait()
+
+
 def jitted(function: Callable | None = None, *, distinct_arrays: bool = False) -> Any:
     """Compile `function` on its first call, once for all processes; see `Jitted`.
 
@@ -221,14 +307,19 @@ def _code_objects(code: types.CodeType) -> list[types.CodeType]:
     return found
 
 
-def _emit(content: bytes, vectorised: bool) -> bytes:
+def _emit(content: bytes, quality: Quality) -> bytes:
     head, bitcode = native.unpack(content)
-    return native.pack(compiler.emit(bitcode, vectorised=vectorised), **head)
+    return native.pack(compiler.emit(bitcode, quality), **head)
 
 
-def _fits(layout: str, *, vectorised: bool) -> tuple[str, ...]:
+def _fits(layout: str, quality: Quality) -> tuple[str, ...]:
     """Return what machine code is for."""
-    return layout, repr(vectorised), repr(target())
+    return layout, quality, repr(target())
+
+
+def _variant(args: tuple) -> Variant:
+    """Return the types of arguments, and whether they ask for vector code."""
+    return native.signature(args), _is_large(args)
 
 
 def _is_large(args: tuple) -> bool:

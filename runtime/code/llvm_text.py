@@ -8,6 +8,7 @@ from symgen.runtime.graph.functions import IN_CODE
 
 LIBRARY = tuple(name for name, function in IN_CODE.items() if function.llvm == "library")
 PRECOMPUTED = "_precomputed"  # ends the symbol of a function that takes a precomputed `p`
+ENTRY, PLACE = ".entry", ".place"  # end the symbols of what `entry` makes for a function
 
 
 def function(
@@ -20,6 +21,17 @@ def function(
     linkage = f"{linkage} " if linkage else ""
     body = "\n".join(lines)
     return f"define {linkage}void @{symbol}({listed}) {attributes}nounwind {{\n{body}\nret void\n}}\n"
+
+
+def entry(symbol: str) -> str:
+    """Return the IR of a kernel that goes on to the one whose address stands in a variable, at first `symbol`."""
+    passed = "double %t, ptr %y, ptr %p, ptr %out"
+    return (
+        f"@{symbol}{PLACE} = global ptr @{symbol}\n"
+        f"define void @{symbol}{ENTRY}({passed}) nounwind {{\n"
+        f"%code = load atomic ptr, ptr @{symbol}{PLACE} monotonic, align 8\n"
+        f"tail call void %code({passed})\nret void\n}}\n"
+    )
 
 
 def call_arguments(arguments: dict[str, str]) -> str:

@@ -100,14 +100,15 @@ def _flatten(value: Any, out: list) -> None:
         out.append(int(value))
 
 
-def _argument_types(args: tuple) -> list:
+def argument_types(args: tuple) -> list:
+    """Return the types in C of arguments, flat."""
     kinds: list = []
     for value in args:
         if isinstance(value, np.ndarray):
             pointer, size = ctypes.c_void_p, ctypes.c_ssize_t
             kinds += [pointer, pointer, size, size, pointer, *[size] * (2 * value.ndim)]
         elif isinstance(value, tuple):
-            kinds += _argument_types(value)
+            kinds += argument_types(value)
         elif isinstance(value, (bool, np.bool_)):
             kinds.append(ctypes.c_uint8)
         elif isinstance(value, (float, np.floating)):
@@ -115,6 +116,14 @@ def _argument_types(args: tuple) -> list:
         else:
             kinds.append(ctypes.c_uint64 if isinstance(value, np.uint64) else ctypes.c_int64)
     return kinds
+
+
+def flat(args: tuple) -> tuple[list, list]:
+    """Return the types in C of flat arguments, and their values."""
+    values: list = []
+    for value in args:
+        _flatten(value, values)
+    return argument_types(args), values
 
 
 def pack(code: bytes, symbol: str, results: list[str], needs: list[str]) -> bytes:
@@ -148,38 +157,37 @@ class NativeFunction:
     name : str
     content : bytes
         From `pack`.
-    args : tuple
-        Arguments of the types it was compiled for.
+    kinds : list
+        Types in C of the arguments that it was compiled for, from `argument_types`.
+
+    Attributes
+    ----------
+    address : int
+    size : int
+        Bytes of the object code.
     """
 
-    def __init__(self, name: str, content: bytes, args: tuple) -> None:
+    def __init__(self, name: str, content: bytes, kinds: list) -> None:
         head, code = unpack(content)
-        self.name = name
+        self.name, self.size = name, len(code)
         self._code = engine.MachineCode(_provided(head["needs"]))
         self.address = self._code.add(code, head["symbol"])
         fields = [(f"f{k}", RESULTS[kind]) for k, kind in enumerate(head["results"])]
         self._result = type("Result", (ctypes.Structure,), {"_fields_": fields})
         self._n_results = len(fields)
         self._booleans = [kind == "bool" for kind in head["results"]]
-        prototype = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *_argument_types(args))
+        prototype = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *kinds)
         self._call = prototype(self.address)
 
     def __call__(self, *args: Any) -> Any:
         return self.bind(*args)()
 
-    def flat(self, *args: Any) -> tuple[list, list]:
-        """Return the types of the flat arguments, and their values."""
-        values: list = []
-        for value in args:
-            _flatten(value, values)
-        return list(self._call.argtypes[2:]), values
-
     def bind(self, *args: Any) -> Callable[[], Any]:
         """Return the call with these arguments, for calls in a row: converting arrays takes longer than a short run."""
-        _, flat = self.flat(*args)
+        _, values = flat(args)
         result, error = self._result(), ctypes.c_void_p()
         pointers = [ctypes.addressof(result), ctypes.addressof(error)]
-        passed = [kind(value) for kind, value in zip(self._call.argtypes, pointers + flat)]
+        passed = [kind(value) for kind, value in zip(self._call.argtypes, pointers + values)]
 
         def call(_keep: tuple = (args, error)) -> Any:
             return self._returned(self._call(*passed), result)

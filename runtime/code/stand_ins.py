@@ -1,39 +1,50 @@
-"""Scalar code of step loops in the place of vector code, until that would have paid.
+"""Code that LLVM makes in a hurry in the place of code that it makes fast, until the latter would have paid.
 
-LLVM takes three to four times as long for a loop's vector code as for its scalar code (1 to 5 s), and a large model's
-run is done in 0.5 to 0.95 of the time with it. So where a machine has no vector code of a loop yet, runs begin in
-scalar code, which gives the same bits, and go over between two calls of the loop, once these have taken as long as the
-vector code will take to make: a run takes at most twice as long as with either, and the next process finds it.
+LLVM needs six to ten times as long for fast code of a step loop or of a long function as for a draft of it, which
+takes 1.05 to 2 times as long a call; and three to four times as long again for vector code of a loop, with which a
+large model's run is done in 0.5 to 0.95 of the time. All of them give the same bits. So where a machine has no better
+code yet, runs begin in a draft, and go over, between two calls, once these have taken as long as the better code will
+take to make: a run takes at most twice as long as with either, and the next process finds it.
 """
 
 from __future__ import annotations
 
 import contextlib
+import math
 import threading
 import time
 import weakref
 from collections.abc import Iterator
-from typing import Protocol
+from typing import Literal, Protocol
+
+Quality = Literal["draft", "scalar", "vector"]  # of step loops
 
 
-class Call(Protocol):
-    """A call whose function has scalar code (a `CallBlock`)."""
+class StandIn(Protocol):
+    """Code that is called until better code takes its place.
 
-    def take_vector_code(self) -> None:
-        """Call the function's vector code from now on."""
+    Attributes
+    ----------
+    seconds : float
+        Of processor time, roughly, that the better code takes to make.
+    """
+
+    seconds: float
+
+    def go_over(self) -> None:
+        """Make the better code, and let it be called from now on."""
 
 
-#: Whether vector code is made when it is first asked for.
+#: Whether the best code is made when it is first asked for.
 at_once = False
-_PATIENCE = 2.0  # seconds of processor time
 _lock = threading.Lock()
-_waiting: weakref.WeakSet[Call] = weakref.WeakSet()
+_waiting: list[tuple[float, weakref.ref[StandIn]]] = []
 _spent = 0.0
 
 
 @contextlib.contextmanager
-def none() -> Iterator[None]:
-    """Make vector code when it is first asked for: for measurements."""
+def avoided() -> Iterator[None]:
+    """Make the best code of what is first asked for meanwhile: for what must not wait for LLVM later."""
     global at_once
     before, at_once = at_once, True
     try:
@@ -42,25 +53,42 @@ def none() -> Iterator[None]:
         at_once = before
 
 
-def wait(call: Call) -> None:
-    """Let calls by a block that has scalar code count; it goes over to vector code when that pays."""
+@contextlib.contextmanager
+def none() -> Iterator[None]:
+    """Do the same, with the best code of all that has stand-ins already: for measurements."""
+    with avoided():
+        while _waiting:
+            _count(math.inf)
+        yield
+
+
+def wait(stand_in: StandIn) -> None:
+    """Let the calls from now on count for `stand_in`, which goes over when that pays; as long as somebody holds it."""
     with _lock:
-        _waiting.add(call)
+        _waiting.append((_spent + stand_in.seconds, weakref.ref(stand_in)))
 
 
 def any_waits() -> bool:
-    """Whether calls are to be timed."""
+    """Whether calls are to be counted."""
     return bool(_waiting)
 
 
-def note(since: float) -> None:
-    """Count the processor time of a call that began at `since` of `time.thread_time`."""
+@contextlib.contextmanager
+def counted() -> Iterator[None]:
+    """Count the processor time of calls within; code for which it is time then goes over."""
+    began = time.thread_time()
+    yield
+    _count(time.thread_time() - began)
+
+
+def _count(seconds: float) -> None:
+    """Add to what calls have taken; with inf, all is due that waits now."""
     global _spent
     with _lock:
-        _spent += time.thread_time() - since
-        if _spent < _PATIENCE:
-            return
-        _spent, calls = 0.0, list(_waiting)
-        _waiting.clear()
-    for call in calls:
-        call.take_vector_code()
+        now = _spent + seconds
+        _spent = now if math.isfinite(now) else _spent
+        known = [(due, held) for due, reference in _waiting if (held := reference()) is not None]
+        _waiting[:] = [(due, weakref.ref(held)) for due, held in known if due > now]
+    for due, held in known:
+        if due <= now:
+            held.go_over()

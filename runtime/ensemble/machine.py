@@ -101,7 +101,7 @@ def lane_loop(method: str, lanes: int, *, with_quaternions: bool = True) -> Lane
         f"lanes of {method}",
         RUN,
         lambda _: (loop_ir(method, lanes, with_quaternions=with_quaternions), 0),
-        loops=True,
+        kind=engine.LOOPS,
     )
     run = code.add(content, RUN)
     return LaneLoop(_PROTOTYPE(code.address(BEGIN)), _PROTOTYPE(run), code)
@@ -117,7 +117,9 @@ def lane_map(lanes: int) -> tuple[Callable[[int], None], Any]:
         function = function_map(lanes)
         return "\n".join([*sorted(function.declared), function.text()]), 0
 
-    return _PROTOTYPE(code.add(engine.object_code(key, "map of lanes", MAP, lower, loops=True), MAP)), code
+    return _PROTOTYPE(
+        code.add(engine.object_code(key, "map of lanes", MAP, lower, kind=engine.LOOPS), MAP)
+    ), code
 
 
 def loop_ir(method: str, lanes: int, *, with_quaternions: bool) -> str:

@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
-from symgen.runtime.code import cache, engine
+from symgen.runtime.code import cache, engine, stand_ins
 from symgen.runtime.ensemble.chunk import Chunk, Wanted, run_chunk
 from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.plan import Plan, make_plan
@@ -113,7 +113,7 @@ def _machine_code(plan: Plan, wanted: Wanted) -> dict[str, bytes]:
     options = replace(plan.options, executor=None, progress=None, step=plan.single.step)
     for known in (machine.lane_loop, machine.lane_map):
         known.cache_clear()  # what is held already would not be asked for
-    with engine.noted() as keys:
+    with stand_ins.avoided(), engine.noted() as keys:
         other = make_plan(fresh, options, plan.choice)
         run_part(other, wanted.names, 0, 1)
     found = {key: cache.fetch(folder / f"{key}.o") for key, folder in keys.items()}

@@ -114,6 +114,6 @@ def _preparation() -> tuple[Callable[[int], None], engine.MachineCode]:
         precompute(lanes, member)
     text, machine = "\n".join([*sorted(code.declared), code.text()]), engine.MachineCode()
     content = engine.object_code(
-        engine.cache_key(text), "preparation", _PREPARE, lambda _: (text, 0), loops=True
+        engine.cache_key(text), "preparation", _PREPARE, lambda _: (text, 0), kind=engine.LOOPS
     )
     return ctypes.CFUNCTYPE(None, ctypes.c_void_p)(machine.add(content, _PREPARE)), machine
