@@ -3,7 +3,7 @@
 Quarter of a car whose body hangs on the sky: an actuator that lags behind, and a damper given by a curve
 """
 
-from math import cos, sin
+from math import cos, fabs, sin
 
 from numba import njit
 from numpy import floor
@@ -87,7 +87,7 @@ MODEL = {
         "poses": 14,
         "shapes": 0,
         "outputs": 125,
-        "events": 31,
+        "events": 62,
         "marks": 2,
         "limits": 0,
         "time_terms": 11,
@@ -638,7 +638,7 @@ def outputs(t, y, p, out):
 
 @njit(error_model="numpy")
 def events(t, y, p, out):
-    """Event functions. 31 operations."""
+    """Event functions. 62 operations."""
     p_c_sky = p[4]
     p_F_most = p[7]
     v_z_body = y[4]
@@ -652,14 +652,19 @@ def events(t, y, p, out):
     x5 = (x0 - x1)*(x2 if x0 < 0.0 else x3) + x4
     x6 = (x5 if x5 < 6.5 else 6.5)
     x7 = (x6 if -0.5 < x6 else -0.5)
-    x8 = 0.7853981633974483*x7
-    x9 = v_speed*p_c_sky
-    x10 = -x9
-    out[0] = sin(x8)
-    out[1] = cos(x8)
-    out[2] = cos(1.5707963267948966*x7)
-    out[3] = p_F_most + x9
-    out[4] = p_F_most + (x10 if x10 < p_F_most else p_F_most)
+    x8 = 0.25*x7
+    x9 = 0.125*x7
+    x10 = floor(x9)
+    x11 = floor(0.25 + x9)
+    x12 = floor(0.25 + x8)
+    x13 = (-1.0 + fabs(-0.5 + 0.5*x7 - 2.0*x12))*(2.0*x7 + (-2.0 - 8.0*x12))
+    x14 = v_speed*p_c_sky
+    x15 = -x14
+    out[0] = (-1.0 + fabs(x8 + (-1.0 - 2.0*x10)))*(x7 + -4.0 - 8.0*x10)
+    out[1] = (-1.0 + fabs(x8 + (-0.5 - 2.0*x11)))*(-2.0 + x7 - 8.0*x11)
+    out[2] = x13
+    out[3] = p_F_most + x14
+    out[4] = p_F_most + (x15 if x15 < p_F_most else p_F_most)
 
 
 @njit(error_model="numpy")

@@ -222,12 +222,16 @@ class Run(RunState):
         if self.inputs is not None:
             self._follow_inputs()
         if self.timetable is not None and self.timetable.follow(self.arrays, self.method):
+            self.actions.begin_a_piece()
             self.forces_jumped |= self.actions.switching is not None
 
     def _follow_inputs(self) -> None:
         """Let inputs over time go on from here; accelerations may jump with them."""
-        arrays = self.arrays
-        if not self.inputs.follow(arrays.t, arrays.y[: self.system.nq + self.system.nv]):
+        arrays, until = self.arrays, self.inputs.next_stop
+        jumped = self.inputs.follow(arrays.t, arrays.y[: self.system.nq + self.system.nv])
+        if self.inputs.next_stop != until:
+            jumped |= self.actions.begin_a_piece()
+        if not jumped:
             return
         arrays.restart(state_changed=False)
         if self.method.multistep:

@@ -551,9 +551,43 @@ class EventActions:
             jumped, np.sign(values[which]), at.LEANING * after[chosen]
         )
         arrays.event_block(at.BAND)[which] = floor + past
+        self._leave_what_stays()
         arrays.take_branches()
         self.n_jumps += len(which)
-        self._refuse_sliding(which, which[~far])
+        self._refuse_sliding(which, which[~far & (arrays.event_block(at.SIDE)[which] != 0.0)])
+
+    def begin_a_piece(self) -> bool:
+        """Go on where an input or a force turns with time: choices that have come to zero may stay there.
+
+        Returns
+        -------
+        bool
+            Whether forces are on other branches now.
+        """
+        arrays = self.arrays
+        if not arrays.jumps:
+            return False
+        before = arrays.precomputed[arrays.branches].copy()
+        arrays.event_block(at.SIDE)[self._jumps_at_zero()] = 0.0
+        self._choose_branches()
+        return not np.array_equal(before, arrays.precomputed[arrays.branches])
+
+    def _leave_what_stays(self) -> None:
+        """Take off its side what is at zero and stays there, as what a choice holds there does.
+
+        What a force makes of zero is not what it makes of either side (`sign(u)`, `u > 0` beside `u >= 0`).
+        """
+        side = self.arrays.event_block(at.SIDE)
+        at_zero = self._jumps_at_zero()
+        if len(at_zero):
+            rises = self._rises(np.sign(side[self.arrays.jumps]))
+            side[at_zero[rises[at_zero] == 0.0]] = 0.0
+
+    def _jumps_at_zero(self) -> np.ndarray:
+        """Return which jumps are at zero to the last bit, shape (n,)."""
+        arrays, n = self.arrays, self.system.nq + self.system.nv
+        values = self.form.kernel("events")(arrays.t, arrays.y[:n], arrays.p)
+        return np.array([k for k in arrays.jumps if values[k] == 0.0], dtype=int)
 
     def _refuse_sliding(self, which: np.ndarray, at_zero: np.ndarray) -> None:
         """Refuse to go on along a jump to which the force pushes from both sides.

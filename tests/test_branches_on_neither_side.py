@@ -43,4 +43,4 @@ def test_series_see_what_no_branch_holds(way, monkeypatch):
         return
     monkeypatch.setattr(LoopArrays, "look_for_choices", lambda self: None)
     blind = touching(WAYS[way]).run(0.3, method="taylor", rtol=1e-10)
-    assert abs(blind.states[-1] - exact).max() > 1e-5
+    assert abs(blind.states[-1] - exact).max() > 5 * abs(run.states[-1] - exact).max()

@@ -274,6 +274,19 @@ def test_a_function_that_jumps_fires_again_after_a_reset(saw):
     np.testing.assert_allclose(times(solution, "edge"), expected[expected < 3.0], atol=1e-12)
 
 
+def test_teeth_that_are_passed_at_a_frame_are_said():
+    """x = 2 t: teeth pass at 0.25 + k/2, where frames are, and their function is zero to the last bit."""
+    m = Model("rack")
+    m.coordinate("x", rate=2.0)
+    m.input("u")
+    m.kinetic("dot(x)^2/2")
+    m.event("tooth", "mod(x, 1) - 0.5", direction="rising")
+    ramp = Table([0.0, 2.0, 9.3], [0.0, 1.0, 0.0], kind="linear")
+    run = m.derive().run(10.0, method="taylor", inputs={"u": ramp}, fps=64)
+    missed = next(check for check in run.health if check.check == "missed events")
+    assert (len(run.events) == 20) == missed.ok
+
+
 @pytest.mark.parametrize(("width", "flagged"), [(1e-4, True), (0.05, False)])
 def test_a_well_that_is_passed_within_a_step_is_said(width, flagged):
     """What crosses zero and comes back between all looks of a run shows on ranges over its path."""

@@ -100,11 +100,14 @@ def _without_the_end(t: np.ndarray) -> np.ndarray:
 
 
 def _crossings(g: np.ndarray, floor: float, direction: int) -> Iterator[int]:
-    """Yield the intervals in which g changes its sign in a direction, by more than round-off on both sides."""
+    """Yield the intervals in which g changes its sign in a direction, by more than round-off on both sides.
+
+    Of two neighbours the first, where g is at zero at the place between them.
+    """
     clear = np.flatnonzero(np.abs(g) > floor)
     signs = np.sign(g[clear])
     for k in np.flatnonzero(signs[1:] != signs[:-1]):
-        if clear[k + 1] == clear[k] + 1 and direction * signs[k + 1] >= 0:
+        if clear[k + 1] <= clear[k] + 2 and direction * signs[k + 1] >= 0:
             yield int(clear[k])
 
 

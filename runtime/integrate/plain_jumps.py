@@ -1,8 +1,8 @@
 """What follows where a force goes over to another branch, at a jump or a kink, in machine code.
 
 It is what `EventActions._change_branches` does, which takes fifty times as long. All else is left to Python: several
-events at one instant, events of the model's own, a choice that has jumped with what it compares, and a force that
-pushes to its jump from both sides.
+events at one instant, events of the model's own, a choice that has jumped with what it compares, or stays at zero, and
+a force that pushes to its jump from both sides.
 """
 
 import math
@@ -120,7 +120,7 @@ def act(loop, own):
     own.after[k] = sign(side)
     if not begins and past > JUMPED * floor and past > abs(rise(event, loop, own)):
         return False  # it may have jumped there with a choice that it is made of
-    if slides(event, k, floor, loop, own):
+    if slides(event, k, floor, loop, own) or stays(own):
         return False
     loop.control[at.N_CONTROL + at.SIDE * ne + event] = side
     loop.control[at.N_CONTROL + at.BAND * ne + event] = floor + past
@@ -143,14 +143,27 @@ def take_branches(branches, own):
 
 @jitted
 def slides(event, k, floor, loop, own):
-    """Whether the force pushes to its jump from both sides: `EventActions._refuse_sliding`."""
+    """Whether the force pushes to its jump from both sides: `EventActions._refuse_sliding`.
+
+    Leaves event functions here and a short time later, on the branches `after`, in `first` and `last`.
+    """
     side = own.after[k]
-    here = rise(event, loop, own)
     own.after[k] = -side
     there = rise(event, loop, own)
     own.after[k] = side
+    here = rise(event, loop, own)
     clear = max(CLEAR * floor, BACK * abs(there))
     return side * here < -clear and side * there > clear
+
+
+@jitted
+def stays(own):
+    """Whether something that a branch belongs to is at zero and stays there: `EventActions._leave_what_stays`."""
+    for j in range(own.events.shape[0]):
+        event = own.events[j]
+        if own.after[j] != 0.0 and own.first[event] == 0.0 and own.last[event] == 0.0:
+            return True
+    return False
 
 
 @jitted

@@ -4,8 +4,8 @@ The argument u of a sign, a step, an absolute value, a smaller or a larger one, 
 is an event function of its own. A setting b behind the inputs in `p` holds its side: 1, -1, or 0, where the expression
 looks at u as it is. Every function but event functions reads u + 1e300 b in its place, so steps go on along one branch
 to where u crosses zero. There the run time turns b around. So no step runs over a jump, and methods meet smooth
-functions only. Of floor(u) there are three, sin(pi u/4), cos(pi u/4) and cos(pi u/2), of which each whole number is a
-zero of one. Their sides tell floor(u) modulo 8, so that it is held until u is 4 from the middle of its step.
+functions only. Of floor(u) there are three, waves as sin(pi u/4), cos(pi u/4) and cos(pi u/2) are, of which each whole
+number is a zero of one. Their sides tell floor(u) modulo 8: it is held until u is 4 from the middle of its step.
 
 What a condition chooses must have a value a little beyond: stages of a step that crosses over look at it there. Where
 it may have none (a root, a logarithm), the condition is not held, but steps end where it changes all the same.
@@ -35,6 +35,7 @@ from ..model.functions import (
     less,
     maximum,
     minimum,
+    settled,
     tabulated,
     where,
 )
@@ -154,7 +155,7 @@ class _Branches:
         if e.func not in _KINDS or (e.func in _KINKS and power > 1.0):
             return e if same else e.func(*args)
         argument = e.args[0] if len(e.args) == 1 else e.args[0] - e.args[1]
-        if not self._moves(argument):
+        if not self._has_sides(argument):
             return e if same else e.func(*args)
         return self._branch(e, args, argument)
 
@@ -163,7 +164,7 @@ class _Branches:
         if condition.func not in (less, at_most):
             return condition.func(*map(self._watched, condition.args))
         argument = condition.args[0] - condition.args[1]
-        if self._moves(argument):
+        if self._has_sides(argument):
             self._side(-argument if argument.could_extract_minus_sign() else argument, condition)
         return condition.func(*(self._rewritten(x, 1.0) for x in condition.args))
 
@@ -223,22 +224,15 @@ class _Branches:
         numbers = []
         for axis, (argument, inner) in enumerate(zip(e.args, args, strict=True)):
             place = tabulated(e.func.table, PLACE, 1, axis)
-            moves = self._moves(argument)
-            u = place(inner)
-            numbers.append(self._held_floor(e, place(argument), u) if moves else floor(u, evaluate=False))
+            u, held = place(inner), self._has_sides(argument)
+            numbers.append(self._held_floor(e, place(argument), u) if held else floor(u, evaluate=False))
         role = PIECE + INTEGRAL if e.func.role == INTEGRAL else PIECE
         return tabulated(e.func.table, role, 2 * n)(*args, *numbers)
 
     def _held_floor(self, e: algebra.Expr, argument: algebra.Expr, u: algebra.Expr) -> algebra.Expr:
         """floor(u) where three sides hold it, of which each whole number turns one around (a Gray code of period 8)."""
         s, c, d = (
-            self._side(
-                wave(
-                    algebra.Mul(algebra.pi, argument, algebra.Rational(1, n), evaluate=False), evaluate=False
-                ),
-                e,
-            )
-            for wave, n in ((algebra.sin, 4), (algebra.cos, 4), (algebra.cos, 2))
+            self._side(_wave((argument + shift) / period), e) for shift, period in ((0, 4), (2, 4), (1, 2))
         )
         place = algebra.Rational(7, 2) - 2 * s - s * c - s * c * d / 2  # floor(u) modulo 8
         held = place + 8 * floor((u - place) / 8 + algebra.Rational(7, 16))
@@ -262,6 +256,32 @@ class _Branches:
             outside, self._under_root = self._under_root, name in self._rooted
             self._done[name] = self._rewritten(self._definitions[name], min(power, 1.0))
             self._under_root = outside
+
+    def _has_sides(self, argument: algebra.Expr) -> bool:
+        """Whether an argument moves through zero by itself, not only with steps that it is made of.
+
+        One that is made of steps, as `floor(x/d) - 3` is, stays as it is while these are held. It comes to zero by a
+        jump, and may stay there: what looks at it takes it as it is.
+        """
+        return self._moves(argument) and self._varies(argument)
+
+    def _varies(self, expression: algebra.Expr) -> bool:
+        """Whether an expression changes with time or the state where none of its steps does."""
+        stack, seen = [expression], set()
+        while stack:
+            e = stack.pop()
+            if isinstance(e, algebra.Symbol):
+                if e.name in self._definitions:
+                    if e.name not in seen:
+                        seen.add(e.name)
+                        stack.append(self._definitions[e.name])
+                elif e.name == "t" or e.name not in self._still:
+                    return True
+            elif e.func is where:
+                stack += e.args[1:]
+            elif e.func not in _STEPS:
+                stack += e.args
+        return False
 
     def _moves(self, expression: algebra.Expr) -> bool:
         """Whether an expression depends on the state or on inputs."""
@@ -298,6 +318,15 @@ def _under_roots(d: Description) -> set[str]:
         is_root = isinstance(e, algebra.Pow) and not e.exp.is_Integer
         stack += ((x, under_root or is_root) for x in e.args)
     return found
+
+
+def _wave(z: algebra.Expr) -> algebra.Expr:
+    """A wave in parabolas, nearly sin(pi z), which is zero at whole numbers to the last bit, as the sine is not.
+
+    What stays at such a place, with an input or a choice, is seen to be on neither side there.
+    """
+    n = z - 2 * settled(z / 2, evaluate=False) - 1
+    return 4 * n * (algebra.Abs(n, evaluate=False) - 1)
 
 
 def _has(expression: algebra.Expr) -> bool:
