@@ -8,6 +8,7 @@ import numpy as np
 
 from symgen.runtime.code.call_block import CallBlock, call_block
 from symgen.runtime.constraints.row_weights import n_weights, quaternion_places, random_steps
+from symgen.runtime.constraints.size_code import make_sizing
 from symgen.runtime.contact.local_dynamics import creeping_frictions, given, normals_of, smooth_frictions
 from symgen.runtime.contact.settings import Layout
 from symgen.runtime.integrate import layout as at
@@ -54,8 +55,6 @@ def has_plain_frictions(system: System, method: Method, arrays: LoopArrays) -> b
 def _is_let_go_entirely(system: System) -> bool:
     """Whether stops and frictions are all that the held form can hold, and nothing is left of them otherwise."""
     held = system.closed
-    if held.nh and any(record["unit"] == "" for record in system.coordinates):
-        return False  # how large these are follows from the gaps: `levels.coordinate_sizes`
     if (
         held.dependent
         or held.nh != Layout(system).n_stops
@@ -110,7 +109,8 @@ class FrictionsInCode:
         self._generations = free[3], held[3]
         self._own, self._keep = self._make(free, held)
         self._keep += free[1], held[1]
-        self._call = call_block(here.advance_over_frictions, free[0], held[0], self._own)
+        sizing = make_sizing(system.closed, len(arrays.p))
+        self._call = call_block(here.advance_over_frictions, free[0], held[0], self._own, sizing)
 
     def _look(self) -> tuple[Loop, CallBlock, np.ndarray, int, tuple[np.ndarray, ...]]:
         """The loop of the form that the arrays have, its call, its limits of steps, its number, its guard's arrays."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,8 @@ from recorded import assert_same_recording, record
 import symgen
 from symgen import Model
 from symgen.runtime import frictions_in_code, jumps_in_code, load
+from symgen.runtime.constraints.levels import Constraints, coordinate_sizes
+from symgen.runtime.constraints.size_code import fit_sizes, make_sizing
 from symgen.runtime.contact.lone_friction import LoneFriction
 from symgen.runtime.contact.switching import Switching
 from symgen.runtime.driver import Run
@@ -80,6 +83,25 @@ gap = "y + low*sin(3*x/far)"
 restitution = 0.4
 [stops.wall]
 gap = "6*low - x"
+"""
+TURNING = """
+name = "turning"
+[parameters]
+l = 0.001
+[coordinates]
+a = { start = 2e5, rate = 0.2 }
+b = { start = 0.0, rate = 0.2 }
+[energy]
+kinetic = "dot(a)^2/2 + dot(b)^2/2"
+[forces]
+a = "-0.5*sin(t)"
+b = "-0.2 + 0.5*cos(0.7*t)"
+[stops.low]
+gap = "l*(cos(a) + 1.02) + 0.00003*b"
+restitution = 0.3
+[stops.far]
+gap = "3 + b"
+restitution = 0
 """
 RUBBING = """
 [friction.a]
@@ -211,6 +233,39 @@ def test_stops_that_stay_closed_for_a_while(monkeypatch, text):
     np.testing.assert_array_equal(in_code.forms.settings, by_python.forms.settings)
     np.testing.assert_allclose(in_code.lowest_gaps, by_python.lowest_gaps, rtol=0, atol=1e-4)
     assert in_code.ok == by_python.ok
+
+
+def without_units(text):
+    return re.sub(r'"(-?[\d.]+) [^"]*"', r"\1", text).replace('unit = "m", ', "")
+
+
+@pytest.mark.parametrize("text", [without_units(RESTING), TURNING], ids=["resting", "turning"])
+def test_stops_of_coordinates_without_units_have_the_same_bits(monkeypatch, text):
+    by_python, in_code, acted = both(monkeypatch, system(text), 30.0, method="dop853", rtol=1e-10, atol=1e-12)
+    assert len(acted) < 0.5 * len(in_code.events)
+    assert_same(in_code, by_python)
+
+
+SMALL = TURNING.replace("0.00003*b", "0*b").replace("3 + b", "1e-6 + 2*b")
+
+
+@pytest.mark.parametrize(
+    "text", [without_units(RESTING), TURNING, SMALL], ids=["resting", "turning", "micrometres"]
+)
+def test_sizes_of_coordinates_without_units_are_those_of_python(text):
+    model = system(text).closed
+    p, random = model.parameter_values(), np.random.default_rng(1)
+    p[list(model.switched.values())] = 1.0
+    sizing, changed = make_sizing(model, len(p)), 0
+    kernel = model.kernel("constraint_residual")
+    for size in 10.0 ** np.arange(-9.0, 7.0):
+        q = size * random.uniform(-1.0, 1.0, model.nq)
+        expected = coordinate_sizes(model, Constraints(model, p, 0.3), q, p)
+        found = np.full(model.nq, max(1.0, np.abs(q).max()))
+        changed += (expected != found).any()
+        fit_sizes(np.uint64(kernel.address), 0.3, q, p, found, sizing)
+        np.testing.assert_array_equal(found, expected)
+    assert changed > 2
 
 
 @pytest.mark.parametrize("text", [RESTING, TWO + STOPS], ids=["stops", "frictions"])

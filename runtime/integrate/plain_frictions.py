@@ -16,6 +16,7 @@ from symgen.runtime.code.jitted import jitted
 from symgen.runtime.constraints.branch import ILL_CONDITIONED, NEAR_SINGULAR, USUAL_RANK
 from symgen.runtime.constraints.guard_code import NEAR_LIMIT
 from symgen.runtime.constraints.row_weights import fill_row_weights
+from symgen.runtime.constraints.size_code import fit_sizes
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.loop import all_finite, copy
 from symgen.runtime.integrate.plain_events import (
@@ -144,8 +145,14 @@ class Frictions(NamedTuple):
 
 
 @jitted
-def advance_over_frictions(free, held, own):
+def advance_over_frictions(free, held, own, sizing):
     """Call the step loop of the form that applies, and act on frictions, until something is for Python to do.
+
+    Parameters
+    ----------
+    free, held : Loop
+    own : Frictions
+    sizing : Sizing
 
     Returns
     -------
@@ -168,7 +175,7 @@ def advance_over_frictions(free, held, own):
         if done == OTHER_SETTINGS:
             if own.counts[IS_HELD]:
                 take_form(held, 1, own)
-                expect(held, own)
+                expect(held, own, sizing)
             else:
                 take_form(free, 0, own)
         if not has_room(last, free) or own.counts[N_LOG] >= own.log.shape[0]:
@@ -705,7 +712,7 @@ def take_form(loop, form, own):
 
 
 @jitted
-def expect(loop, own):
+def expect(loop, own, sizing):
     """Tell the guard how large rows of G are near here: `kkt.Lease.expect`."""
     nq, nv, n_stops, n = loop.sizes[at.NQ], loop.sizes[at.NV], own.closed.shape[0], own.speeds.shape[0]
     copy(own.largest, own.sizes)
@@ -716,6 +723,7 @@ def expect(loop, own):
     for j in range(nv):
         size = 1.0 if own.groups[j] == ANGLE else own.sizes[own.groups[j]]
         of_rates[j] = size if size > 0.0 else 1.0
+    fit_sizes(own.addresses[RESIDUAL], loop.control[at.T], loop.y[:nq], own.p, of_rates, sizing)
     fill_row_weights(
         own.addresses[ROWS], loop.control[at.T], loop.y[:nq], loop.p, own.steps, own.places, own.position, own.rows,
         own.weights, own.squares,
