@@ -7,7 +7,7 @@ import pytest
 
 import symgen
 from symgen import Model
-from symgen.runtime import events_in_code
+from symgen.runtime import events_in_code, frictions_in_code
 from symgen.runtime.event_actions import EventLog, ZenoDetector
 from symgen.runtime.events_in_code import EventsInCode
 from symgen.runtime.inputs import Controller, Polynomial, Table
@@ -105,6 +105,7 @@ def both(monkeypatch, model, t_end, **options):
     with monkeypatch.context() as patch:
         patch.setattr(events_in_code, "has_plain_events", lambda _: False)
         patch.setattr(events_in_code, "has_impacts_beside_constraints", lambda *_: False)
+        patch.setattr(frictions_in_code, "has_plain_frictions", lambda *_: False)
         by_python = model.run(t_end, **options)
     return by_python, model.run(t_end, **options)
 
