@@ -71,13 +71,7 @@ class Run(RunState):
     def _act_in_both_forms(self) -> None:
         """Let machine code close and open stops as well, once some have stayed closed."""
         given = self.system, self.method, self.arrays
-        stops_alone = len(self.system.events) == len(self.system.switches)
-        if (
-            self._in_code is None
-            or self._in_code.in_both_forms
-            or len(self.forms) <= _FEW_FORMS
-            or not stops_alone
-        ):
+        if self._in_code is None or self._in_code.in_both_forms or len(self.forms) <= _FEW_FORMS:
             return
         if frictions_in_code.has_plain_frictions(*given):
             self._in_code = frictions_in_code.FrictionsInCode(*given)

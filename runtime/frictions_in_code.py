@@ -11,8 +11,12 @@ from symgen.runtime.constraints.row_weights import n_weights, quaternion_places,
 from symgen.runtime.constraints.size_code import make_sizing
 from symgen.runtime.contact.local_dynamics import creeping_frictions, given, normals_of, smooth_frictions
 from symgen.runtime.contact.settings import Layout
+from symgen.runtime.events_in_code import ACTIONS, hand_over_resets, take_over_resets
+from symgen.runtime.graph.spelling import reset_function
 from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate import plain_events
 from symgen.runtime.integrate import plain_frictions as here
+from symgen.runtime.loop_arrays import DIRECTIONS
 from symgen.runtime.positions import ANGLES
 
 if TYPE_CHECKING:
@@ -24,11 +28,12 @@ if TYPE_CHECKING:
 
 _ROWS = 1024  # of the log
 _LARGEST = 24  # rates: mass matrices are factored in full
-_OF_BOTH = ((here.EVENTS, "events"), (here.RHS, "rhs"))
 _OF_FREE = (
-    (here.ENERGY, "energy"), (here.MASS, "mass_matrix"), (here.FORCES, "forces"), (here.SWITCHES, "switches")
+    (here.EVENTS, "events"), (here.RHS, "rhs"), (plain_events.ENERGY, "energy"), (here.MASS, "mass_matrix"),
+    (here.FORCES, "forces"), (here.SWITCHES, "switches"),
 )  # fmt: skip
-_OF_HELD = (
+_OF_HELD = ((here.HELD_EVENTS, "events"), (here.HELD_RHS, "rhs"), (here.ROWS, "constraint_jacobian"))
+_OF_ALL_ROWS = (
     (here.JACOBIAN, "constraint_jacobian"), (here.RESIDUAL, "constraint_residual"), (here.GAMMA, "gamma")
 )  # fmt: skip
 
@@ -120,34 +125,42 @@ class FrictionsInCode:
 
     def _make(self, free: tuple, held: tuple) -> tuple[here.Frictions, list]:
         system, arrays, closed, layout = self._system, self._arrays, self._system.closed, Layout(self._system)
-        addresses, keep = np.zeros(here.N_ADDRESSES, dtype=np.uint64), []
-        named = [
-            (place + k, form, name) for k, form in enumerate((system, closed)) for place, name in _OF_BOTH
+        n_own = len(system.events) - len(system.switches)
+        addresses, keep = np.zeros(here.FIRST_RESET + n_own, dtype=np.uint64), []
+        resets = [
+            (here.FIRST_RESET + k, reset_function(event["name"]))
+            for k, event in enumerate(system.events[:n_own])
+            if event["action"] == "reset"
         ]
-        named += [(place, system, name) for place, name in _OF_FREE]
-        named += [(place, closed, name) for place, name in _OF_HELD]
-        for place, form, name in named:
-            keep.append(form.kernel(name))
+        for form, named in ((system, (*_OF_FREE, *resets)), (closed, _OF_HELD)):
+            for place, name in named:
+                keep.append(form.kernel(name))
+                addresses[place] = keep[-1].precomputed_address
+        for place, name in _OF_ALL_ROWS:
+            keep.append(closed.kernel(name))
             addresses[place] = keep[-1].address
-        for k, (form, looked) in enumerate(((system, free), (closed, held))):
-            addresses[here.ADVANCE + k] = looked[1].address
-            addresses[here.SETUP + k] = form.setup_address
-        addresses[here.ROWS] = closed.kernel("constraint_jacobian").precomputed_address
+        addresses[here.ADVANCE], addresses[here.HELD_ADVANCE] = free[1].address, held[1].address
+        addresses[here.SETUP], addresses[here.HELD_SETUP] = system.setup_address, closed.setup_address
+        counts = np.zeros(here.N_COUNTS, dtype=np.int64)
+        counts[here.IS_ADAPTIVE], counts[here.MAY_JUMP] = self._method.adaptive, system.events_may_jump
         nq, nv, n, ne = system.nq, system.nv, closed.m, len(system.events)
         n_stops, first = layout.n_stops, system.n_settable
         groups, largest = _groups(system, arrays.p)
         context, weights, _ = held[4]  # what is let go of has no curve
         own = here.Frictions(
             addresses=addresses, free_block=free[1].block, held_block=held[1].block, result=np.zeros(1),
-            p=arrays.p, everything=arrays.p.copy(), closed=first + layout.closed, stuck=first + layout.stuck,
-            sense=first + layout.sense,
-            counts=np.array([0, 0, self._method.adaptive], dtype=np.int64), sums=np.zeros(1),
+            actions=np.array([ACTIONS[event["action"]] for event in system.events[:n_own]], dtype=np.int64),
+            directions=np.array([DIRECTIONS[event["direction"]] for event in system.events[:n_own]], dtype=np.int64),
+            p=arrays.p, everything=arrays.p.copy(), held_p=held[0].p, closed=first + layout.closed,
+            stuck=first + layout.stuck, sense=first + layout.sense, counts=counts,
+            sums=np.array([0.0, np.nan, 0.0, plain_events.ROUND_OFF]), intervals=np.zeros(plain_events.MOST_INTERVALS),
             limits=np.array([free[2], held[2]]), groups=groups, largest=largest, context=context, weights=weights,
             steps=np.array(random_steps(nv)), places=quaternion_places(system), position=np.zeros(nq + nv),
             rows=np.zeros(n * nv), squares=np.zeros(n), sizes=largest.copy(),
             log=np.zeros((_ROWS, here.FIRST_STATE + 2 * (nq + nv) + 2 + 2 * n - n_stops)),
             lowest=np.full(n_stops, np.inf), before=np.zeros(nq + nv), moved=np.zeros(nq + nv), slope=np.zeros(nq + nv),
-            free_row=np.zeros(system.n_row), held_row=np.zeros(closed.n_row),
+            row=np.zeros(system.n_row), held_row=np.zeros(closed.n_row),
+            kept=np.zeros(2 * n - n_stops),
             values=np.zeros(ne), g=np.zeros(ne), floor=np.zeros(ne), other=np.zeros(ne), energy=np.zeros(2),
             switches=np.zeros(3 * n - n_stops), jacobian=np.zeros(n * nv), residual=np.zeros(n_stops + n),
             speeds=np.zeros(n), gamma=np.zeros(n),
@@ -167,7 +180,8 @@ class FrictionsInCode:
             self._bind()
         own = self._own
         own.counts[here.N_LOG], own.counts[here.IS_HELD] = 0, actions.is_held
-        own.sums[0] = before = actions.energy_of_resets
+        before = actions.energy_of_resets
+        hand_over_resets(actions, own)
         own.lowest[:] = actions.lowest_gaps
         arrays.set_limits(stop, max_steps, watch, keep_log=keep_log)
         status = self._call()
@@ -184,7 +198,7 @@ class FrictionsInCode:
         is_new = (settings != np.vstack([known, settings[:-1]])).any(axis=1)
         actions.lowest_gaps = self._own.lowest.copy()
         actions.log.extend_by_rows(self._system, rows)
-        actions.energy_of_resets = float(self._own.sums[0])
+        self.accumulation = take_over_resets(actions, self._own)
         actions.switching.settings = settings[-1]
         sums = np.append(before + np.cumsum(rows[:-1, here.CHANGE]), actions.energy_of_resets)
         self.changes.append((before, rows[:, here.NEXT_FRAME].astype(int), sums, settings, is_new))

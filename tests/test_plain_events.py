@@ -50,6 +50,15 @@ when = "y - 5"
 then = "terminate"
 """
 )
+KICKED = (
+    STOP
+    + """
+[events.high]
+when = "y - 1/4"
+direction = "rising"
+then = { reset = { "dot(y)" = "0.99*dot(y)" } }
+"""
+)
 TWO_STOPS = """
 name = "two_stops"
 [parameters]
@@ -111,7 +120,7 @@ def both(monkeypatch, model, t_end, **options):
 
 
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("text", [STOP, MARKED], ids=["stop", "marked"])
+@pytest.mark.parametrize("text", [STOP, MARKED, KICKED], ids=["stop", "marked", "kicked"])
 def test_one_body_has_the_same_bits(monkeypatch, text, method):
     by_python, in_code = both(monkeypatch, system(text), 4.0, method=method)
     assert_same_bits(in_code, by_python)

@@ -2,8 +2,8 @@
 
 It is what `event_actions.py`, `contact/lone_friction.py` and `LoopArrays.change_form` do of such an event, which take a
 hundred times as long; and what `contact/switching.py` does of an impact on a stop, which is open or closed behind that,
-and of its release, while all other stops are open and all frictions slide. All else is left to them: events of the
-model's own, several that are at rest.
+and of its release, while all other stops are open and all frictions slide. All else is left to them: several
+that are at rest, resets beside what is held, events that end the run.
 """
 
 import math
@@ -20,38 +20,60 @@ from symgen.runtime.constraints.size_code import fit_sizes
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.loop import all_finite, copy
 from symgen.runtime.integrate.plain_events import (
+    ADVANCE,
     CHANGE,
     CLEAR,
     EPS,
     EVENT,
+    EVENTS,
     FIRST_STATE,
+    FORCES,
+    GAMMA,
+    IS_ADAPTIVE,
+    JACOBIAN,
     LED,
+    MASS,
+    MAY_JUMP,
+    N_LOG,
     NEXT_FRAME,
     ON_CONSTRAINTS,
     PLAINLY,
+    RECORDS,
+    RESET_ENERGY,
+    RESETS,
+    RESIDUAL,
+    RHS,
     ROUND_OFF,
     SINGULAR_MASS,
     SURELY_SEEN,
+    SWITCHES,
     TIME,
+    ZENO,
     add_change,
     factor,
     fired_alone,
+    has_jumped,
     has_room,
+    heading_of,
     is_at_break,
+    look_for_pile,
+    moves_against,
     sign,
     solve,
+    total_energy,
 )
 from symgen.runtime.integrate.projection import LEAST_USUAL, MOST_USUAL, RESIDUAL_LEFT
 
-# Addresses: the first eight by form, that of the free one first.
-ADVANCE, EVENTS, RHS, SETUP = range(0, 8, 2)
-ENERGY, MASS, FORCES, SWITCHES, JACOBIAN, RESIDUAL, GAMMA, ROWS = range(8, 16)
-N_ADDRESSES = 16
-N_LOG, IS_HELD, IS_ADAPTIVE = range(3)  # in `counts`
+# Addresses: those of the free form where `plain_events` has them; rows and rates of what is held take `p` itself, all
+# others what is worked out of it. SETUP: what works that out. Resets, in the order of the events, follow.
+SETUP, HELD_ADVANCE, HELD_EVENTS, HELD_RHS, HELD_SETUP, ROWS, FIRST_RESET = range(GAMMA + 1, GAMMA + 8)
+IS_HELD = MAY_JUMP + 1  # in `counts`, behind those of `plain_events`
+N_COUNTS = IS_HELD + 1
 SLIPS, STICKS, TURNS, STRIKES, OPENS = range(5)  # what becomes of a friction, or a stop
 # Speeds of gaps that close no faster are at rest, as in `contact/switching.py`.
 SETTLED, NO_SPEED = 1e-12, 1e-15
-NOT_KNOWN, GOES_ON, OTHER_SETTINGS = range(3)  # what `act` has done
+# What `act` has done; GOES_ON_AS_IT_WAS: changed nothing of the motion. Resets pile up at `sums[ACCUMULATION]`.
+NOT_KNOWN, GOES_ON, OTHER_SETTINGS, GOES_ON_AS_IT_WAS, PILES_UP = range(5)
 # As in `contact/instant.py`, `event_actions.py`.
 UNDECIDED, BALANCED, ROUNDED, LIMIT_ROUNDED, LITTLE = 1e-9, 1e-6, 1e-13, 1e-10, 1e-7
 ANGLE = -1  # in `groups`: a coordinate whose size is 1
@@ -65,13 +87,16 @@ class Frictions(NamedTuple):
     addresses : ndarray of uint64, shape (N_ADDRESSES,)
     free_block, held_block, result : ndarray
         Of the step loops' `CallBlock`.
+    actions, directions : ndarray of int64, shape (number of events of the model's own,)
     p, everything : ndarray, shape (n_p,)
         Parameters with the settings of frictions; scratch for the same with all of them stuck.
+    held_p : ndarray
+        What the held form has worked out of `p`.
     closed, stuck, sense : ndarray of int64, shapes (s,), (k,), (k,)
         Places of these settings.
-    counts : ndarray of int64, shape (3,)
-    sums : ndarray, shape (1,)
-        T + V that events have added [J].
+    counts : ndarray of int64, shape (N_COUNTS,)
+    sums, intervals : ndarray, shapes (4,), (MOST_INTERVALS,)
+        As in `plain_events`.
     limits : ndarray, shape (2, 2)
         H_BASE and H_SHARE, by form.
     groups, largest : ndarray of int64, shape (nv,), and of float64
@@ -85,9 +110,11 @@ class Frictions(NamedTuple):
         As that of `plain_events`; behind it what became of the friction or stop, which frictions stick, senses, and
         which stops are closed.
     before, moved, slope : ndarray, shape (nq + nv,)
-    free_row, held_row : ndarray
+    row, held_row : ndarray
         Of `rhs`.
     values, g, floor, other : ndarray, shape (NE,)
+    kept : ndarray, shape (2 k + s,)
+        The settings before an event, in the order of a row of the log.
     energy, switches : ndarray, shapes (2,), (2 s + 3 k,)
     jacobian, residual, speeds, gamma : ndarray, shapes (n * nv,), (s + n,), (n,), (n,)
     mass, inertia, response, compliance : ndarray, shapes (nv * nv,), (nv,), (n, nv), (n, n)
@@ -99,13 +126,17 @@ class Frictions(NamedTuple):
     free_block: np.ndarray
     held_block: np.ndarray
     result: np.ndarray
+    actions: np.ndarray
+    directions: np.ndarray
     p: np.ndarray
     everything: np.ndarray
+    held_p: np.ndarray
     closed: np.ndarray
     stuck: np.ndarray
     sense: np.ndarray
     counts: np.ndarray
     sums: np.ndarray
+    intervals: np.ndarray
     limits: np.ndarray
     groups: np.ndarray
     largest: np.ndarray
@@ -122,12 +153,13 @@ class Frictions(NamedTuple):
     before: np.ndarray
     moved: np.ndarray
     slope: np.ndarray
-    free_row: np.ndarray
+    row: np.ndarray
     held_row: np.ndarray
     values: np.ndarray
     g: np.ndarray
     floor: np.ndarray
     other: np.ndarray
+    kept: np.ndarray
     energy: np.ndarray
     switches: np.ndarray
     jacobian: np.ndarray
@@ -157,12 +189,12 @@ def advance_over_frictions(free, held, own, sizing):
     Returns
     -------
     int
-        A status of the step loop, EVENT where Python is to act.
+        A status of the step loop, EVENT where Python is to act, or ZENO.
     """
     last = free.counters[at.STEPS] + free.counters[at.MAX_STEPS_PER_CALL]
     while True:
         if own.counts[IS_HELD]:
-            call_kernel(own.addresses[ADVANCE + 1], 0.0, own.held_block, own.held_block, own.result)
+            call_kernel(own.addresses[HELD_ADVANCE], 0.0, own.held_block, own.held_block, own.result)
         else:
             call_kernel(own.addresses[ADVANCE], 0.0, own.free_block, own.free_block, own.result)
         status = int(own.result[0])
@@ -171,7 +203,10 @@ def advance_over_frictions(free, held, own, sizing):
         done = act(free, own)
         if done == NOT_KNOWN:
             return status
-        restart(free, own)
+        if done == PILES_UP:
+            return ZENO
+        if done != GOES_ON_AS_IT_WAS:
+            restart(free, own)
         if done == OTHER_SETTINGS:
             if own.counts[IS_HELD]:
                 take_form(held, 1, own)
@@ -192,54 +227,144 @@ def act(loop, own):
         loop.sizes[at.NQ],
         loop.sizes[at.NV],
     )
-    event = fired_alone(loop)
-    i = event - (ne - n_stops - n)
-    if i < 0 or own.counts[N_LOG] >= own.log.shape[0] or not others_are_free(i, loop, own):
+    event, n_own = fired_alone(loop), ne - n_stops - n
+    if event < 0 or own.counts[N_LOG] >= own.log.shape[0]:
         return NOT_KNOWN
-    t = loop.control[at.T]
     copy(loop.y[: nq + nv], own.before)
-    call_kernel(own.addresses[EVENTS + own.counts[IS_HELD]], t, loop.y, own.p, own.values)
+    if event < n_own:
+        return act_on_own(event, loop, own)
+    i = event - n_own
+    if not others_are_free(i, loop, own):
+        return NOT_KNOWN
+    find_events(loop.control[at.T], loop.y, loop, own, own.values)
     energy = total_energy(loop, own)
-    row = own.log[own.counts[N_LOG]]
-    behind = row[FIRST_STATE + 2 * (nq + nv) :]
-    kept = behind[2:]
-    write_settings(kept, own)
+    write_settings(own.kept, own)
     was_closed = i < n_stops and own.p[own.closed[i]] != 0.0
     if was_closed:
         is_known = release(i, loop, own)
     else:
         is_known = strike(i, loop, own) if i < n_stops else settle(i - n_stops, loop, own)
     if not is_known or not all_finite(loop.y, nq + nv):
-        copy(own.before, loop.y)
-        for j in range(n):
-            own.p[own.stuck[j]], own.p[own.sense[j]] = kept[j], kept[n + j]
-        for j in range(n_stops):
-            own.p[own.closed[j]] = kept[2 * n + j]
+        put_back(loop, own)
         return NOT_KNOWN
-    was_stuck = sticks = changed = rests = False
+    was_stuck = sticks = rests = False
     for j in range(n):
-        was_stuck |= kept[j] != 0.0
+        was_stuck |= own.kept[j] != 0.0
         sticks |= own.p[own.stuck[j]] != 0.0
-        changed |= kept[j] != own.p[own.stuck[j]] or kept[n + j] != own.p[own.sense[j]]
     for j in range(n_stops):
         rests |= own.p[own.closed[j]] != 0.0
-        changed |= kept[2 * n + j] != own.p[own.closed[j]]
-    note_gaps(kept[2 * n :], loop, own)
+    note_gaps(loop, own)
     own.counts[IS_HELD] = 1 if sticks or rests else 0
-    change = total_energy(loop, own) - energy
-    row[EVENT], row[TIME], row[CHANGE], row[NEXT_FRAME] = event, t, change, loop.counters[at.NEXT_FRAME]
-    copy(own.before, row[FIRST_STATE : FIRST_STATE + nq + nv])
-    copy(loop.y[: nq + nv], row[FIRST_STATE + nq + nv : FIRST_STATE + 2 * (nq + nv)])
-    behind[0] = loop.y[nq + nv] + own.sums[0] if loop.sizes[at.NW] > 0 else math.nan
     if i < n_stops:
-        behind[1] = OPENS if was_closed else STRIKES
+        what = OPENS if was_closed else STRIKES
     else:
-        behind[1] = SLIPS if was_stuck else STICKS if sticks else TURNS
-    write_settings(kept, own)
-    own.counts[N_LOG] += 1
-    own.sums[0] += change
+        what = SLIPS if was_stuck else STICKS if sticks else TURNS
+    changed = have_changed(own)
+    end_row(event, total_energy(loop, own) - energy, what, loop, own)
     arm(event if not (was_stuck or sticks or was_closed or rests) else -1, loop, own)
     return OTHER_SETTINGS if changed else GOES_ON
+
+
+@jitted
+def act_on_own(event, loop, own):
+    """Act on an event of the model's own: one that records, or resets where nothing is held or touches behind it."""
+    nq, nv, t = loop.sizes[at.NQ], loop.sizes[at.NV], loop.control[at.T]
+    is_held, action = own.counts[IS_HELD] != 0, own.actions[event]
+    if is_held and (action != RECORDS or own.counts[MAY_JUMP]):
+        return NOT_KNOWN
+    find_events(t, loop.y, loop, own, own.values)
+    if own.counts[MAY_JUMP] and has_jumped(event, loop, own):
+        return NOT_KNOWN
+    if action == RECORDS:
+        write_settings(own.kept, own)
+        note_gaps(loop, own)
+        end_row(event, 0.0, 0, loop, own)
+        loop.counters[at.F_VALID] = 0
+        renew_bands(event, loop, own)
+        return GOES_ON_AS_IT_WAS
+    if action != RESETS:
+        return NOT_KNOWN
+    energy, against = total_energy(loop, own), moves_against(event, loop, own)
+    for j in range(nq + nv):
+        own.moved[j] = 0.0
+    call_kernel(own.addresses[FIRST_RESET + event], t, own.before, loop.p, own.moved)
+    if not all_finite(own.moved, nq + nv):
+        return NOT_KNOWN
+    write_settings(own.kept, own)
+    copy(own.moved, loop.y)
+    find_rows(t, loop.y, own)
+    if not others_are_free(-1, loop, own) or not are_open(-1, loop, own) or not slide(-1, loop, own):
+        put_back(loop, own)
+        return NOT_KNOWN
+    note_gaps(loop, own)
+    changed = have_changed(own)
+    end_row(event, total_energy(loop, own) - energy, 0, loop, own)
+    arm(event, loop, own)
+    if look_for_pile(event, against, loop, own):
+        return PILES_UP
+    return OTHER_SETTINGS if changed else GOES_ON
+
+
+@jitted
+def put_back(loop, own):
+    """Undo what was changed of the state and the settings."""
+    n = own.stuck.shape[0]
+    copy(own.before, loop.y)
+    for j in range(n):
+        own.p[own.stuck[j]], own.p[own.sense[j]] = own.kept[j], own.kept[n + j]
+    for j in range(own.closed.shape[0]):
+        own.p[own.closed[j]] = own.kept[2 * n + j]
+    if own.counts[IS_HELD] == 0:
+        share(loop.p, own.addresses[SETUP], own)
+    else:
+        share(own.held_p, own.addresses[HELD_SETUP], own)
+
+
+@jitted
+def have_changed(own):
+    """Whether the settings are others."""
+    n = own.stuck.shape[0]
+    for j in range(n):
+        if own.kept[j] != own.p[own.stuck[j]] or own.kept[n + j] != own.p[own.sense[j]]:
+            return True
+    for j in range(own.closed.shape[0]):
+        if own.kept[2 * n + j] != own.p[own.closed[j]]:
+            return True
+    return False
+
+
+@jitted
+def end_row(event, change, what, loop, own):
+    """Write a row of the log, and add to the energy that events have added."""
+    n, row = own.before.shape[0], own.log[own.counts[N_LOG]]
+    behind = row[FIRST_STATE + 2 * n :]
+    row[EVENT], row[TIME], row[CHANGE] = event, loop.control[at.T], change
+    row[NEXT_FRAME] = loop.counters[at.NEXT_FRAME]
+    copy(own.before, row[FIRST_STATE : FIRST_STATE + n])
+    copy(loop.y[:n], row[FIRST_STATE + n : FIRST_STATE + 2 * n])
+    behind[0], behind[1] = math.nan, what
+    if event >= own.actions.shape[0] and loop.sizes[at.NW] > 0:
+        behind[0] = loop.y[n] + own.sums[RESET_ENERGY]
+    write_settings(behind[2:], own)
+    own.counts[N_LOG] += 1
+    own.sums[RESET_ENERGY] += change
+
+
+@jitted
+def share(p, setup, own):
+    """Let a form know the settings: what it has worked out of `p`, and the code that does so, or 0."""
+    copy(own.p, p)
+    if setup != 0:
+        call_kernel(setup, 0.0, p, p, p[own.p.shape[0] :])
+
+
+@jitted
+def find_events(t, y, loop, own, values):
+    """Write the event functions of the form that applies to `values`."""
+    if own.counts[IS_HELD]:
+        call_kernel(own.addresses[HELD_EVENTS], t, y, own.held_p, values)
+    else:
+        call_kernel(own.addresses[EVENTS], t, y, loop.p, values)
 
 
 @jitted
@@ -268,22 +393,15 @@ def write_settings(values, own):
 
 
 @jitted
-def note_gaps(were_closed, loop, own):
+def note_gaps(loop, own):
     """Take note of how low gaps have been since the last time, those that were open."""
     ne, n_stops = loop.sizes[at.NE], own.closed.shape[0]
     first, n_own = at.N_CONTROL + at.LOWEST * ne, ne - n_stops - own.stuck.shape[0]
     for i in range(n_stops):
-        if were_closed[i] == 0.0:
+        if own.kept[2 * own.stuck.shape[0] + i] == 0.0:
             own.lowest[i] = min(own.lowest[i], loop.control[first + n_own + i])
     for e in range(ne):
         loop.control[first + e] = math.inf
-
-
-@jitted
-def total_energy(loop, own):
-    """Return T + V at the present state."""
-    call_kernel(own.addresses[ENERGY], loop.control[at.T], loop.y, own.p, own.energy)
-    return own.energy[0] + own.energy[1]
 
 
 @jitted
@@ -298,7 +416,7 @@ def settle(k, loop, own):
     if not are_open(-1, loop, own) or not slide(k, loop, own):
         return False
     own.p[own.stuck[k]] = own.p[own.sense[k]] = 0.0
-    if not find_dynamics(loop.control[at.T], loop.y, nv, own):
+    if not find_dynamics(loop.control[at.T], loop.y, loop, own):
         return False
     if not own.compliance[i, i] > LED * alone(i, nv, own):
         return False
@@ -314,8 +432,7 @@ def settle(k, loop, own):
         own.p[own.stuck[k]] = 1.0
         for j in range(nv):
             loop.y[nq + j] += own.change[j] * -(speed * (1.0 / compliance))
-        call_kernel(own.addresses[EVENTS + 1], loop.control[at.T], loop.y, own.p, own.other)
-        return all_finite(own.other, own.other.shape[0])
+        return can_be_held(loop, own)
     own.p[own.sense[k]] = onset
     return was_stuck or onset != sense
 
@@ -326,7 +443,7 @@ def are_open(but, loop, own):
     n_stops = own.closed.shape[0]
     if n_stops == 0:
         return True
-    call_kernel(own.addresses[SWITCHES], loop.control[at.T], loop.y, own.p, own.switches)
+    call_kernel(own.addresses[SWITCHES], loop.control[at.T], loop.y, loop.p, own.switches)
     for i in range(n_stops):
         if i != but and not own.switches[2 * i] > gap_tolerance(i, loop, own):
             return False
@@ -352,7 +469,7 @@ def strike(i, loop, own):
     Frictions of given size are bounded forces, and take no part. Returns whether that is all that happens.
     """
     nq, nv, t = loop.sizes[at.NQ], loop.sizes[at.NV], loop.control[at.T]
-    if not find_dynamics(t, loop.y, nv, own) or not are_open(i, loop, own):
+    if not find_dynamics(t, loop.y, loop, own) or not are_open(i, loop, own):
         return False
     closing, restitution = own.speeds[i], own.switches[2 * i + 1]
     if not (closing < 0.0 and 0.0 <= restitution <= 1.0) or not own.compliance[i, i] > LED * alone(
@@ -363,7 +480,7 @@ def strike(i, loop, own):
     for j in range(nv):
         loop.y[nq + j] += own.response[i, j] * impulse
     find_rows(t, loop.y, own)
-    if not slide(-1, loop, own) or not find_dynamics(t, loop.y, nv, own):
+    if not slide(-1, loop, own) or not find_dynamics(t, loop.y, loop, own):
         return False
     # Whether it opens so far that the run sees it: `Holding._landed`.
     free, speed = own.free[i], own.speeds[i]
@@ -384,7 +501,14 @@ def rest(i, loop, own):
     impulse = -own.speeds[i] / own.compliance[i, i]
     for j in range(nv):
         loop.y[nq + j] += own.response[i, j] * impulse
-    call_kernel(own.addresses[EVENTS + 1], loop.control[at.T], loop.y, own.p, own.other)
+    return can_be_held(loop, own)
+
+
+@jitted
+def can_be_held(loop, own):
+    """Whether the forces of what is held are known: `EventActions._check_forces`."""
+    share(own.held_p, own.addresses[HELD_SETUP], own)
+    call_kernel(own.addresses[HELD_EVENTS], loop.control[at.T], loop.y, own.held_p, own.other)
     return all_finite(own.other, own.other.shape[0])
 
 
@@ -402,7 +526,7 @@ def release(i, loop, own):
     """Open a stop whose force has come to zero; whether that is all that happens: `Holding._settle_stops`."""
     nv, t = loop.sizes[at.NV], loop.control[at.T]
     find_rows(t, loop.y, own)
-    if not slide(-1, loop, own) or not find_dynamics(t, loop.y, nv, own) or not are_open(i, loop, own):
+    if not slide(-1, loop, own) or not find_dynamics(t, loop.y, loop, own) or not are_open(i, loop, own):
         return False
     free, speed = own.free[i], own.speeds[i]
     if not own.compliance[i, i] > LED * alone(i, nv, own) or is_closing(speed, loop, own):
@@ -457,16 +581,17 @@ def find_rows(t, y, own):
 
 
 @jitted
-def find_dynamics(t, y, nv, own):
+def find_dynamics(t, y, loop, own):
     """Write what `LocalDynamics` knows at a state to the arrays; whether all of it is finite."""
-    n = own.speeds.shape[0]
+    nv, n = loop.sizes[at.NV], own.speeds.shape[0]
     find_rows(t, y, own)
+    share(loop.p, own.addresses[SETUP], own)
     for i in range(nv * nv):
         own.mass[i] = 0.0  # structural zeros are not written, and factors fill them
     for i in range(nv):
         own.rates[i] = 0.0
-    call_kernel(own.addresses[MASS], t, y, own.p, own.mass)
-    call_kernel(own.addresses[FORCES], t, y, own.p, own.rates)
+    call_kernel(own.addresses[MASS], t, y, loop.p, own.mass)
+    call_kernel(own.addresses[FORCES], t, y, loop.p, own.rates)
     call_kernel(own.addresses[GAMMA], t, y, own.everything, own.gamma)
     for i in range(nv):
         own.inertia[i] = own.mass[i * nv + i]
@@ -515,7 +640,7 @@ def onset_of(k, loop, own):
     """Return in which direction a friction begins to slide, 0 where it sticks: `LoneFriction._onset`."""
     i = own.closed.shape[0] + k
     free, compliance = own.free[i], own.compliance[i, i]
-    most = level(k, loop.control[at.T], loop.y, own)
+    most = level(k, loop.control[at.T], loop.y, loop, own)
     force = min(max(-free / compliance, -most), most)
     pull = free + compliance * force
     small = UNDECIDED * largest_free(i, own)
@@ -528,9 +653,9 @@ def onset_of(k, loop, own):
         for j in range(nv):
             own.moved[j] = loop.y[j] + ahead * loop.y[nq + j]
             own.moved[nq + j] = loop.y[nq + j] + ahead * own.slope[j]
-        if not find_dynamics(t, own.moved, nv, own) or not own.compliance[i, i] > 0.0:
+        if not find_dynamics(t, own.moved, loop, own) or not own.compliance[i, i] > 0.0:
             return math.nan
-        most = level(k, t, own.moved, own)
+        most = level(k, t, own.moved, loop, own)
         force = min(max(-own.free[i] / own.compliance[i, i], -most), most)
         if abs(force) < (1.0 - 2.0 * LIMIT_ROUNDED) * most:
             return 0.0
@@ -538,9 +663,9 @@ def onset_of(k, loop, own):
 
 
 @jitted
-def level(k, t, y, own):
+def level(k, t, y, loop, own):
     """Return how large a friction can be that sticks."""
-    call_kernel(own.addresses[SWITCHES], t, y, own.p, own.switches)
+    call_kernel(own.addresses[SWITCHES], t, y, loop.p, own.switches)
     return max(own.switches[2 * own.closed.shape[0] + 3 * k + 2], 0.0)
 
 
@@ -627,31 +752,43 @@ def find_floor(loop, own):
     """Write event functions to `g`, what of them is round-off to `floor`: `event_actions.event_values_and_floor`."""
     held, ne, n, t = own.counts[IS_HELD], loop.sizes[at.NE], own.before.shape[0], loop.control[at.T]
     relative = ROUND_OFF * (ON_CONSTRAINTS if held else 1.0)
-    dt, events = relative * abs(t), own.addresses[EVENTS + held]
-    call_kernel(events, t, loop.y, own.p, own.g)
+    dt = relative * abs(t)
+    find_events(t, loop.y, loop, own, own.g)
     for e in range(ne):
         own.floor[e] = 0.0
     if held:
-        call_kernel(own.addresses[RHS + 1], t, loop.y, own.p, own.held_row)
+        call_kernel(own.addresses[HELD_RHS], t, loop.y, own.held_p, own.held_row)
         copy(own.held_row[:n], own.slope)
     else:
-        call_kernel(own.addresses[RHS], t, loop.y, own.p, own.free_row)
-        copy(own.free_row[:n], own.slope)
+        call_kernel(own.addresses[RHS], t, loop.y, loop.p, own.row)
+        copy(own.row[:n], own.slope)
     copy(loop.y[:n], own.moved)
-    call_kernel(events, t + dt, own.moved, own.p, own.other)
+    find_events(t + dt, own.moved, loop, own, own.other)
     add_change(own)
     for j in range(n):
         own.moved[j] = loop.y[j] + relative * abs(loop.y[j])
-        call_kernel(events, t, own.moved, own.p, own.other)
+        find_events(t, own.moved, loop, own, own.other)
         add_change(own)
         own.moved[j] = loop.y[j]
     for j in range(n):
         own.moved[j] = loop.y[j] + dt * own.slope[j]
-    call_kernel(events, t + dt, own.moved, own.p, own.other)
+    find_events(t + dt, own.moved, loop, own, own.other)
     add_change(own)
     for e in range(ne):
         if not math.isfinite(own.floor[e]):
             own.floor[e] = 0.0
+
+
+@jitted
+def renew_bands(event, loop, own):
+    """Find anew what of the event functions is as good as zero: `event_actions.renew_bands`."""
+    ne = loop.sizes[at.NE]
+    find_floor(loop, own)
+    for e in range(ne):
+        loop.control[at.N_CONTROL + at.FLOOR * ne + e] = own.floor[e]
+        if not math.isinf(loop.control[at.N_CONTROL + at.BAND * ne + e]):
+            past = abs(own.g[e]) if e == event else 0.0
+            loop.control[at.N_CONTROL + at.BAND * ne + e] = own.floor[e] + past
 
 
 @jitted
@@ -664,7 +801,12 @@ def arm(moved, loop, own):
         The event that has fired, if its function is the same as before; else -1.
     """
     ne, n_stops, n = loop.sizes[at.NE], own.closed.shape[0], own.speeds.shape[0]
+    if own.counts[IS_HELD]:
+        share(own.held_p, own.addresses[HELD_SETUP], own)
+    else:
+        share(loop.p, own.addresses[SETUP], own)
     find_floor(loop, own)
+    heading = heading_of(moved, loop, own) if 0 <= moved and moved < ne - n else 0.0
     find_rows(loop.control[at.T], loop.y, own)
     for e in range(ne):
         side_at = at.N_CONTROL + at.SIDE * ne + e
@@ -672,6 +814,10 @@ def arm(moved, loop, own):
         if abs(own.values[e]) > CLEAR * floor:
             lean = 0.0
         band = floor
+        if e == moved and i < 0:
+            # A reset may carry its own function away, from where it comes again.
+            band += min(abs(g), abs(own.values[e]))
+            lean = heading
         if 0 <= i and own.p[own.closed[i] if i < n_stops else own.stuck[i - n_stops]] == 0.0:
             lean = 1.0
             sunk = max(0.0, -g)
@@ -698,10 +844,6 @@ def restart(loop, own):
 @jitted
 def take_form(loop, form, own):
     """Let the loop of a form go on from here: `LoopArrays.change_form`."""
-    n_p = own.p.shape[0]
-    if own.addresses[SETUP + form] != 0:
-        copy(own.p, loop.p)
-        call_kernel(own.addresses[SETUP + form], 0.0, loop.y, loop.p, loop.p[n_p:])
     for i in range(loop.f.shape[0]):
         loop.f[i] = 0.0
     for i in range(loop.work.shape[0]):
