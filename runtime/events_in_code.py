@@ -195,11 +195,14 @@ class EventsInCode:
         actions.log.extend_by_rows(self._system, rows)
         self.accumulation = take_over_resets(actions, after)
         actions.lowest_gaps = after.lowest.copy()
-        sums = np.append(before + np.cumsum(rows[:-1, here.CHANGE]), actions.energy_of_resets)
+        sums = np.cumsum(np.append(before, rows[:, here.CHANGE]))[1:]  # added up one by one
         self.changes.append((before, rows[:, here.NEXT_FRAME].astype(int), sums))
 
-    def take_changes(self) -> tuple[float, np.ndarray, np.ndarray, list[None]]:
-        """Return what resets had added to T + V [J], then from which frames on they had added how much; no settings."""
+    def take_changes(self) -> tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return what resets had added to T + V [J], then from which frames on they had added how much.
+
+        Behind that the settings of stops and frictions, of which there are none here, and whether they are new.
+        """
         changes, self.changes = self.changes, []
         frames, sums = (np.concatenate([c[k] for c in changes]) for k in (1, 2))
-        return changes[0][0], frames, sums, [None] * len(frames)
+        return changes[0][0], frames, sums, np.zeros((len(frames), 0)), np.zeros(len(frames), dtype=bool)

@@ -21,6 +21,7 @@ from symgen.runtime.positions import ANGLES
 
 if TYPE_CHECKING:
     from symgen.runtime.event_actions import EventActions
+    from symgen.runtime.inputs.schedule import InputSchedule
     from symgen.runtime.integrate.loop import Loop
     from symgen.runtime.integrate.methods import Method
     from symgen.runtime.loop_arrays import LoopArrays
@@ -45,7 +46,7 @@ def has_plain_frictions(system: System, method: Method, arrays: LoopArrays) -> b
     """
     return (
         bool(system.switches)
-        and not (system.m or system.quaternions or system.jumps or system.input_descriptions)
+        and not (system.m or system.quaternions or system.jumps)
         and system.nq == system.nv <= _LARGEST
         and not len(Layout(system).circles)
         and not (smooth_frictions(system) | creeping_frictions(system)).any()
@@ -97,12 +98,17 @@ class FrictionsInCode:
         `has_plain_frictions` of it.
     method : Method
     arrays : LoopArrays
+    inputs : InputSchedule, optional
+        Keeps inputs over time, in the arrays of both forms.
     """
 
     in_both_forms = True
 
-    def __init__(self, system: System, method: Method, arrays: LoopArrays):
-        self._system, self._method, self._arrays = system, method, arrays
+    def __init__(
+        self, system: System, method: Method, arrays: LoopArrays, inputs: InputSchedule | None = None
+    ):
+        self._system, self._method, self._arrays, self._inputs = system, method, arrays, inputs
+        self._changes = -1  # of inputs, when both forms had them
         self._generations: tuple[int, ...] = ()
         self.accumulation = np.nan
         self.changes: list[tuple] = []
@@ -111,7 +117,8 @@ class FrictionsInCode:
         system, arrays, method = self._system, self._arrays, self._method
         free = arrays.visit(system, method, held=False, look=self._look)
         held = arrays.visit(system.closed, method, held=True, look=self._look)
-        self._generations = free[3], held[3]
+        self._generations, self._changes = (free[3], held[3]), -1
+        self._worked_out = free[0].p, held[0].p
         self._own, self._keep = self._make(free, held)
         self._keep += free[1], held[1]
         sizing = make_sizing(system.closed, len(arrays.p))
@@ -178,6 +185,7 @@ class FrictionsInCode:
             if not len(actions.log):  # the arrays cost as much as one event, and many runs have none
                 return arrays.advance(stop, max_steps, watch=watch, keep_log=keep_log)
             self._bind()
+        self._write_inputs(is_held=actions.is_held)
         own = self._own
         own.counts[here.N_LOG], own.counts[here.IS_HELD] = 0, actions.is_held
         before = actions.energy_of_resets
@@ -187,9 +195,23 @@ class FrictionsInCode:
         status = self._call()
         n = int(own.counts[here.N_LOG])
         if n:
-            arrays.adopt(self._system.closed if own.counts[here.IS_HELD] else self._system, self._method)
+            self._adopt(self._system.closed if own.counts[here.IS_HELD] else self._system)
             self._take_over(actions, own.log[:n].copy(), before)
         return status
+
+    def _write_inputs(self, *, is_held: bool) -> None:
+        """Let the form that does not apply have the inputs that the other has."""
+        inputs = self._inputs
+        if inputs is not None and inputs.changes != self._changes:
+            system = self._system if is_held else self._system.closed
+            inputs.write(system, self._worked_out[0 if is_held else 1])
+            self._changes = inputs.changes
+
+    def _adopt(self, form: System) -> None:
+        """Let Python go on with the arrays of the form that applies."""
+        self._arrays.adopt(form, self._method)
+        if self._inputs is not None:
+            self._inputs.take_form(form)
 
     def _take_over(self, actions: EventActions, rows: np.ndarray, before: float) -> None:
         """Let the actions of Python know what happened."""
@@ -197,10 +219,11 @@ class FrictionsInCode:
         settings = self._settings(rows)
         is_new = (settings != np.vstack([known, settings[:-1]])).any(axis=1)
         actions.lowest_gaps = self._own.lowest.copy()
-        actions.log.extend_by_rows(self._system, rows)
+        n = here.FIRST_STATE + 2 * (self._system.nq + self._system.nv) + 2  # settings are kept elsewhere
+        actions.log.extend_by_rows(self._system, rows[:, :n].copy())
         self.accumulation = take_over_resets(actions, self._own)
         actions.switching.settings = settings[-1]
-        sums = np.append(before + np.cumsum(rows[:-1, here.CHANGE]), actions.energy_of_resets)
+        sums = np.cumsum(np.append(before, rows[:, here.CHANGE]))[1:]  # added up one by one
         self.changes.append((before, rows[:, here.NEXT_FRAME].astype(int), sums, settings, is_new))
 
     def _settings(self, rows: np.ndarray) -> np.ndarray:
@@ -215,12 +238,10 @@ class FrictionsInCode:
         )
         return settings
 
-    def take_changes(self) -> tuple[float, np.ndarray, np.ndarray, list[np.ndarray | None]]:
-        """Return what events had added to T + V [J], from which frames on they had added how much, and new settings.
+    def take_changes(self) -> tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return what events had added to T + V [J], then from which frames on they had added how much.
 
-        None where an event left the settings as they were.
+        Behind that the settings of stops and frictions, shape (n, number of settings), and whether they are new.
         """
         changes, self.changes = self.changes, []
-        frames, sums = (np.concatenate([c[k] for c in changes]) for k in (1, 2))
-        settings = [own if is_new else None for c in changes for own, is_new in zip(c[3], c[4])]
-        return changes[0][0], frames, sums, settings
+        return changes[0][0], *(np.concatenate([c[k] for c in changes]) for k in (1, 2, 3, 4))

@@ -2,8 +2,8 @@
 
 It is what `event_actions.py`, `contact/lone_friction.py` and `LoopArrays.change_form` do of such an event, which take a
 hundred times as long; and what `contact/switching.py` does of an impact on a stop, which is open or closed behind that,
-and of its release, while all other stops are open and all frictions slide. All else is left to them: several
-that are at rest, resets beside what is held, events that end the run.
+and of its release, while what else is closed or sticks has nothing to do with it. All else is left to them: several
+that are held and move each other, resets beside what is held, events that end the run.
 """
 
 import math
@@ -76,6 +76,7 @@ SETTLED, NO_SPEED = 1e-12, 1e-15
 NOT_KNOWN, GOES_ON, OTHER_SETTINGS, GOES_ON_AS_IT_WAS, PILES_UP = range(5)
 # As in `contact/instant.py`, `event_actions.py`.
 UNDECIDED, BALANCED, ROUNDED, LIMIT_ROUNDED, LITTLE = 1e-9, 1e-6, 1e-13, 1e-10, 1e-7
+CHANGES = 1e-11  # as in `contact/switching.py`: of the largest acceleration, in a moment, more than round-off
 ANGLE = -1  # in `groups`: a coordinate whose size is 1
 
 
@@ -234,34 +235,32 @@ def act(loop, own):
     if event < n_own:
         return act_on_own(event, loop, own)
     i = event - n_own
-    if not others_are_free(i, loop, own):
+    if some_rest(loop, own):
         return NOT_KNOWN
     find_events(loop.control[at.T], loop.y, loop, own, own.values)
     energy = total_energy(loop, own)
     write_settings(own.kept, own)
-    was_closed = i < n_stops and own.p[own.closed[i]] != 0.0
-    if was_closed:
-        is_known = release(i, loop, own)
+    was_held = is_held(i, own)
+    if i >= n_stops:
+        is_known = settle(i - n_stops, loop, own)
     else:
-        is_known = strike(i, loop, own) if i < n_stops else settle(i - n_stops, loop, own)
+        is_known = release(i, loop, own) if was_held else strike(i, loop, own)
     if not is_known or not all_finite(loop.y, nq + nv):
         put_back(loop, own)
         return NOT_KNOWN
-    was_stuck = sticks = rests = False
-    for j in range(n):
-        was_stuck |= own.kept[j] != 0.0
-        sticks |= own.p[own.stuck[j]] != 0.0
-    for j in range(n_stops):
-        rests |= own.p[own.closed[j]] != 0.0
     note_gaps(loop, own)
-    own.counts[IS_HELD] = 1 if sticks or rests else 0
+    own.counts[IS_HELD] = 0
+    for k in range(n_stops + n):
+        if is_held(k, own):
+            own.counts[IS_HELD] = 1
+    holds = is_held(i, own)
     if i < n_stops:
-        what = OPENS if was_closed else STRIKES
+        what = OPENS if was_held else STRIKES
     else:
-        what = SLIPS if was_stuck else STICKS if sticks else TURNS
+        what = SLIPS if was_held else STICKS if holds else TURNS
     changed = have_changed(own)
     end_row(event, total_energy(loop, own) - energy, what, loop, own)
-    arm(event if not (was_stuck or sticks or was_closed or rests) else -1, loop, own)
+    arm(event if not (was_held or holds) else -1, loop, own)
     return OTHER_SETTINGS if changed else GOES_ON
 
 
@@ -269,8 +268,8 @@ def act(loop, own):
 def act_on_own(event, loop, own):
     """Act on an event of the model's own: one that records, or resets where nothing is held or touches behind it."""
     nq, nv, t = loop.sizes[at.NQ], loop.sizes[at.NV], loop.control[at.T]
-    is_held, action = own.counts[IS_HELD] != 0, own.actions[event]
-    if is_held and (action != RECORDS or own.counts[MAY_JUMP]):
+    something_held, action = own.counts[IS_HELD] != 0, own.actions[event]
+    if something_held and (action != RECORDS or own.counts[MAY_JUMP]):
         return NOT_KNOWN
     find_events(t, loop.y, loop, own, own.values)
     if own.counts[MAY_JUMP] and has_jumped(event, loop, own):
@@ -293,7 +292,7 @@ def act_on_own(event, loop, own):
     write_settings(own.kept, own)
     copy(own.moved, loop.y)
     find_rows(t, loop.y, own)
-    if not others_are_free(-1, loop, own) or not are_open(-1, loop, own) or not slide(-1, loop, own):
+    if some_rest(loop, own) or not are_open(-1, loop, own) or not slide(-1, loop, own):
         put_back(loop, own)
         return NOT_KNOWN
     note_gaps(loop, own)
@@ -368,16 +367,46 @@ def find_events(t, y, loop, own, values):
 
 
 @jitted
-def others_are_free(but, loop, own):
-    """Whether no stop is closed and no friction is held but perhaps one."""
-    ne, n_stops, n = loop.sizes[at.NE], own.closed.shape[0], own.stuck.shape[0]
-    for i in range(n_stops):
-        if i != but and own.p[own.closed[i]] != 0.0:
+def is_held(k, own):
+    """Whether a stop is closed, or a friction, numbered behind the stops, sticks."""
+    n_stops = own.closed.shape[0]
+    return own.p[own.closed[k] if k < n_stops else own.stuck[k - n_stops]] != 0.0
+
+
+@jitted
+def others_are_free(but, own):
+    """Whether nothing is held but perhaps one."""
+    for k in range(own.speeds.shape[0]):
+        if k != but and is_held(k, own):
             return False
+    return True
+
+
+@jitted
+def some_rest(loop, own):
+    """Whether a friction rests since others hold it."""
+    ne, n = loop.sizes[at.NE], own.stuck.shape[0]
     for j in range(n):
         if math.isinf(loop.control[at.N_CONTROL + at.BAND * ne + ne - n + j]):
-            return False  # it rests since others hold it
-        if n_stops + j != but and own.p[own.stuck[j]] != 0.0:
+            return True
+    return False
+
+
+@jitted
+def is_apart(i, loop, own):
+    """Whether what else is held has nothing to do with a row, to the last bit, and is far from letting go.
+
+    Then that stays held, whatever becomes of the row, which does what it would do if nothing were. `values` are those
+    of the events: the force of a closed stop, and what a friction that sticks could still take.
+    """
+    n, nv = own.speeds.shape[0], loop.sizes[at.NV]
+    for k in range(n):
+        if k == i or not is_held(k, own):
+            continue
+        if own.compliance[i, k] != 0.0 or own.compliance[k, i] != 0.0:
+            return False
+        small = 2.0 * max(rounded(k, nv, own), UNDECIDED * largest_free(k, own))
+        if not own.compliance[k, k] * own.values[own.values.shape[0] - n + k] > small:
             return False
     return True
 
@@ -418,7 +447,7 @@ def settle(k, loop, own):
     own.p[own.stuck[k]] = own.p[own.sense[k]] = 0.0
     if not find_dynamics(loop.control[at.T], loop.y, loop, own):
         return False
-    if not own.compliance[i, i] > LED * alone(i, nv, own):
+    if not own.compliance[i, i] > LED * alone(i, nv, own) or not is_apart(i, loop, own):
         return False
     speed, compliance = own.speeds[i], own.compliance[i, i]
     for j in range(nv):
@@ -439,23 +468,25 @@ def settle(k, loop, own):
 
 @jitted
 def are_open(but, loop, own):
-    """Whether all gaps but one are more than what tolerances leave open."""
+    """Whether all gaps that are not closed, but one, are more than what tolerances leave open."""
     n_stops = own.closed.shape[0]
     if n_stops == 0:
         return True
     call_kernel(own.addresses[SWITCHES], loop.control[at.T], loop.y, loop.p, own.switches)
     for i in range(n_stops):
-        if i != but and not own.switches[2 * i] > gap_tolerance(i, loop, own):
+        if i == but or own.p[own.closed[i]] != 0.0:
+            continue
+        if not own.switches[2 * i] > gap_tolerance(i, loop, own):
             return False
     return True
 
 
 @jitted
 def slide(but, loop, own):
-    """Let all frictions but one slide as they do, if all of them do clearly; whether they do."""
+    """Let all frictions that do not stick, but one, slide as they do, if all of them do clearly; whether they do."""
     n_stops = own.closed.shape[0]
     for j in range(own.stuck.shape[0]):
-        if j != but:
+        if j != but and own.p[own.stuck[j]] == 0.0:
             if not abs(own.speeds[n_stops + j]) > slow(n_stops + j, loop, own):
                 return False
             own.p[own.sense[j]] = sign(own.speeds[n_stops + j])
@@ -469,7 +500,7 @@ def strike(i, loop, own):
     Frictions of given size are bounded forces, and take no part. Returns whether that is all that happens.
     """
     nq, nv, t = loop.sizes[at.NQ], loop.sizes[at.NV], loop.control[at.T]
-    if not find_dynamics(t, loop.y, loop, own) or not are_open(i, loop, own):
+    if not find_dynamics(t, loop.y, loop, own) or not are_open(i, loop, own) or not is_apart(i, loop, own):
         return False
     closing, restitution = own.speeds[i], own.switches[2 * i + 1]
     if not (closing < 0.0 and 0.0 <= restitution <= 1.0) or not own.compliance[i, i] > LED * alone(
@@ -529,16 +560,31 @@ def release(i, loop, own):
     if not slide(-1, loop, own) or not find_dynamics(t, loop.y, loop, own) or not are_open(i, loop, own):
         return False
     free, speed = own.free[i], own.speeds[i]
+    if not is_apart(i, loop, own):
+        return False
     if not own.compliance[i, i] > LED * alone(i, nv, own) or is_closing(speed, loop, own):
         return False
     small, size = UNDECIDED * largest_free(i, own), abs(free)
     if not size > small:
-        return False  # it neither presses nor opens: what it does a moment later tells
+        if not opens_soon(i, loop, own):
+            return False
+        own.p[own.closed[i]] = 0.0
+        return True
     lands = max(speed, 0.0) ** 2 <= 2.0 * size * gap_tolerance(i, loop, own)
     if free < 0.0 and not (lands and size <= rounded(i, nv, own)):
         return False  # it presses on
     own.p[own.closed[i]] = 0.0
     return True
+
+
+@jitted
+def opens_soon(i, loop, own):
+    """Whether a stop that neither presses nor opens does open a moment later: `Holding._about_to_press`."""
+    free, least = own.free[i], CHANGES * largest_free(i, own)
+    if not abs(own.speeds[i]) <= slow(i, loop, own):
+        return False
+    t = look_ahead(i, 0.0, loop, own)
+    return find_dynamics(t, own.moved, loop, own) and own.free[i] - free > least
 
 
 @jitted
@@ -648,11 +694,9 @@ def onset_of(k, loop, own):
     if abs(pull) <= max(small, balanced) and abs(force) < (1.0 - 2.0 * LIMIT_ROUNDED) * most:
         return 0.0
     if abs(pull) <= small:  # at its limit, which it may be about to leave on either side
-        ahead = LITTLE * find_moment(i, force, loop, own)
-        nq, nv, t = loop.sizes[at.NQ], loop.sizes[at.NV], loop.control[at.T] + ahead
-        for j in range(nv):
-            own.moved[j] = loop.y[j] + ahead * loop.y[nq + j]
-            own.moved[nq + j] = loop.y[nq + j] + ahead * own.slope[j]
+        if not others_are_free(i, own) and own.held_p[own.stuck[k]] == 0.0:
+            return math.nan  # what moves beside it under this force is not known
+        t = look_ahead(i, force, loop, own)
         if not find_dynamics(t, own.moved, loop, own) or not own.compliance[i, i] > 0.0:
             return math.nan
         most = level(k, t, own.moved, loop, own)
@@ -699,19 +743,40 @@ def largest_free(k, own):
 
 
 @jitted
-def find_moment(k, force, loop, own):
-    """Return the time in which the motion changes under a force: `LocalDynamics.moment`.
+def look_ahead(i, force, loop, own):
+    """Write the state a moment later, with a force in a row, to `moved`; returns its time: `Instant._later`."""
+    nq, nv = loop.sizes[at.NQ], loop.sizes[at.NV]
+    find_change(i, force, loop, own)
+    ahead = LITTLE * find_moment(loop, own)
+    for j in range(nv):
+        own.moved[j] = loop.y[j] + ahead * loop.y[nq + j]
+        own.moved[nq + j] = loop.y[nq + j] + ahead * own.slope[j]
+    return loop.control[at.T] + ahead
 
-    Its accelerations, but for those that are balanced, are written to `slope`.
+
+@jitted
+def find_change(i, force, loop, own):
+    """Write the accelerations with a force in a row to `slope`, but for those that are balanced.
+
+    Where others are held, those of the form that applied up to here, in which the row has this force.
     """
-    nv, n = loop.sizes[at.NV], own.part.shape[0]
-    largest = 0.0
+    nq, nv, largest = loop.sizes[at.NQ], loop.sizes[at.NV], 0.0
     for j in range(nv):
         largest = max(largest, abs(own.rates[j]))
+    alone = others_are_free(i, own)
+    if not alone:
+        call_kernel(own.addresses[HELD_RHS], loop.control[at.T], loop.y, own.held_p, own.held_row)
     for j in range(nv):
-        change = own.rates[j] + own.response[k, j] * force
+        change = own.rates[j] + own.response[i, j] * force if alone else own.held_row[nq + j]
         own.slope[j] = change if abs(change) > ROUNDED * largest else 0.0
-        own.slope[nv + j] = 0.0  # whether some friction moves it, or is made of it
+
+
+@jitted
+def find_moment(loop, own):
+    """Return the time in which the motion changes under the accelerations `slope`: `LocalDynamics.moment`."""
+    nv, n = loop.sizes[at.NV], own.part.shape[0]
+    for j in range(nv):
+        own.slope[nv + j] = 0.0  # whether some stop or friction moves it, or is made of it
     least = math.inf
     for i in range(n):
         find_part(i, own)
