@@ -12,6 +12,7 @@ from symgen.runtime.checkpoint_check import ARRAYS_OF_CONTROLLERS, LOOP_ARRAYS, 
 from symgen.runtime.event_actions import EventLog, EventRecord
 from symgen.runtime.frame_window import pieces
 from symgen.runtime.integrate import layout as at
+from symgen.runtime.run_state import FormLog
 
 if TYPE_CHECKING:
     from symgen.runtime.run_state import RunState
@@ -22,7 +23,7 @@ def take(run: RunState) -> Checkpoint:
     arrays, actions = run.arrays, run.actions
     held = {name: getattr(arrays, name).copy() for name in LOOP_ARRAYS}
     held["guard"] = arrays.guard_memory()
-    held["settings"] = np.array(run.forms)
+    held["settings"] = run.forms.array().copy()
     held["lowest_gaps"] = actions.lowest_gaps
     n_frames, held["resets_from"], held["resets"], held["forms_from"], held["forms"] = _of_frames(run)
     times, states, energies, forms = zip(*run.samples) if run.samples else ((), (), (), ())
@@ -84,7 +85,7 @@ def put_back(checkpoint: Checkpoint, run: RunState, past: np.ndarray) -> None:
     n = len(past)
     arrays.frames[:n] = past
     arrays.counters[at.NEXT_FRAME] = run.handed = n
-    run.forms = list(held["settings"])
+    run.forms = FormLog(held["settings"])
     run.reset_energy_at_frames[:n] = _held_values(held["resets_from"], held["resets"], n)
     run.form_at_frames[:n] = _held_values(held["forms_from"], held["forms"], n)
     run.samples = [

@@ -65,22 +65,16 @@ class Run(RunState):
         if jumps_in_code.has_plain_jumps(self.system, self.arrays):
             return jumps_in_code.JumpsInCode(*given)
         if frictions_in_code.has_plain_frictions(*given):
-            return frictions_in_code.FrictionsInCode(*given)
+            return frictions_in_code.FrictionsInCode(*given, self.inputs)
         return None
 
     def _act_in_both_forms(self) -> None:
         """Let machine code close and open stops as well, once some have stayed closed."""
         given = self.system, self.method, self.arrays
-        stops_alone = len(self.system.events) == len(self.system.switches)
-        if (
-            self._in_code is None
-            or self._in_code.in_both_forms
-            or len(self.forms) <= _FEW_FORMS
-            or not stops_alone
-        ):
+        if self._in_code is None or self._in_code.in_both_forms or len(self.forms) <= _FEW_FORMS:
             return
         if frictions_in_code.has_plain_frictions(*given):
-            self._in_code = frictions_in_code.FrictionsInCode(*given)
+            self._in_code = frictions_in_code.FrictionsInCode(*given, self.inputs)
 
     def go(self) -> None:
         """Run to the end, to a terminating event, to a failure, or until Ctrl-C."""
@@ -421,25 +415,23 @@ class Run(RunState):
 
     def _hand_on_events(self) -> None:
         """Hand on frames, and report between them the events that machine code has acted on, in their order."""
-        first, n_forms, (before, frames, sums, forms) = (
-            self.handed,
-            len(self.forms),
-            self._in_code.take_changes(),
-        )
+        first, n_forms = self.handed, len(self.forms)
+        before, frames, sums, settings, is_new = self._in_code.take_changes()
         if self.recorder is None:
-            self.forms.extend(own for own in forms if own is not None)
+            if is_new.any():
+                self.forms.extend(settings[is_new])
             self._hand_on_frames()
         else:
             records = self.actions.log[-len(frames) :]
-            for record, frame, own in zip(records, frames, forms):
+            for k, (record, frame) in enumerate(zip(records, frames)):
                 self._hand_on_frames(int(frame))
-                if own is not None:
-                    self._note_form(own)
+                if is_new[k]:
+                    self._note_form(settings[k])
                 self._report_events([record])
             self._hand_on_frames()
         known = np.searchsorted(frames, np.arange(first, self.handed), side="right")
         self.reset_energy_at_frames[first : self.handed] = np.append(before, sums)[known]
-        since = np.cumsum([0, *(own is not None for own in forms)])
+        since = np.append(0, np.cumsum(is_new))
         self.form_at_frames[first : self.handed] = n_forms - 1 + since[known]
 
     def _hand_on_frames(self, end: int | None = None) -> None:
@@ -518,7 +510,7 @@ class Run(RunState):
         self.arrays.change_form(self.actions.form, self.method, held=switching.any_held)
         self._act_in_both_forms()
         if self.inputs is not None:
-            self.inputs.take_new_arrays(self.actions.form, self.arrays.t)
+            self.inputs.take_form(self.actions.form)
 
     def _note_form(self, settings: np.ndarray) -> None:
         """Take note of other settings of stops and frictions."""

@@ -313,7 +313,7 @@ class _Rows(Sequence):
     """Logged rows as records, which are made once where it `keeps` them."""
 
     def __init__(self, system: System, rows: np.ndarray, *, keeps: bool):
-        n_own = len(system.events) - len(system.switches)
+        self._n_own = n_own = len(system.events) - len(system.switches)
         self._kinds = [
             (event["name"], event["action"] if k < n_own else "impact")
             for k, event in enumerate(system.events)
@@ -339,12 +339,13 @@ class _Rows(Sequence):
 
     def _record(self, k: int) -> EventRecord:
         row, nq, n = self._rows[k], self._nq, self._n
-        name, action = self._kinds[int(row[plain_events.EVENT])]
+        event = int(row[plain_events.EVENT])
+        name, action = self._kinds[event]
         before = row[plain_events.FIRST_STATE : plain_events.FIRST_STATE + n]
         after = row[plain_events.FIRST_STATE + n : plain_events.FIRST_STATE + 2 * n]
         behind = row[plain_events.FIRST_STATE + 2 * n :].tolist()
         work = behind[0] if behind else math.nan  # members of ensembles have none
-        if len(behind) > 1:  # of a friction
+        if len(behind) > 1 and event >= self._n_own:
             action = _OF_FRICTIONS[int(behind[1])]
         return EventRecord(
             name, action, float(row[plain_events.TIME]), before[:nq], before[nq:], after[:nq], after[nq:],

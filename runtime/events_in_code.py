@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -109,6 +109,23 @@ def make_after(
     return after, kernels
 
 
+def hand_over_resets(actions: EventActions, after: Any) -> None:
+    """Let machine code know what resets have added to T + V, and when they were."""
+    last, *intervals = actions.zeno.memory
+    after.sums[: here.NOISE] = actions.energy_of_resets, np.nan if last is None else last, np.nan
+    after.intervals[: len(intervals)] = intervals
+    after.counts[here.N_INTERVALS] = len(intervals)
+
+
+def take_over_resets(actions: EventActions, after: Any) -> float:
+    """Let the actions of Python know the same; returns where resets pile up, if they do [s]."""
+    last = after.sums[here.LAST_RESET]
+    actions.energy_of_resets = float(after.sums[here.RESET_ENERGY])
+    intervals = after.intervals[: after.counts[here.N_INTERVALS]].tolist()
+    actions.zeno.memory = [None if np.isnan(last) else float(last), *intervals]
+    return float(after.sums[here.ACCUMULATION])
+
+
 class EventsInCode:
     """Moves a run on over its events, as far as machine code can act on them.
 
@@ -166,29 +183,26 @@ class EventsInCode:
         handed = self._handed
         if handed is not None and energy is handed[0] and lowest is handed[1] and memory == handed[2]:
             return
-        after, (last, *intervals) = self._after, memory
-        after.sums[: here.NOISE] = energy, np.nan if last is None else last, np.nan
-        after.intervals[: len(intervals)] = intervals
-        after.counts[here.N_LOG], after.counts[here.N_INTERVALS] = 0, len(intervals)
-        after.lowest[:] = lowest
+        hand_over_resets(actions, self._after)
+        self._after.counts[here.N_LOG], self._after.lowest[:] = 0, lowest
         self._handed = energy, lowest, memory
 
     def _take_over(self, actions: EventActions, n: int) -> None:
         """Let the actions of Python know what happened."""
         after, self._handed = self._after, None
         rows = after.log[:n].copy()
-        before, last = actions.energy_of_resets, after.sums[here.LAST_RESET]
+        before = actions.energy_of_resets
         actions.log.extend_by_rows(self._system, rows)
-        actions.energy_of_resets = float(after.sums[here.RESET_ENERGY])
-        intervals = after.intervals[: after.counts[here.N_INTERVALS]].tolist()
-        actions.zeno.memory = [None if np.isnan(last) else float(last), *intervals]
+        self.accumulation = take_over_resets(actions, after)
         actions.lowest_gaps = after.lowest.copy()
-        self.accumulation = float(after.sums[here.ACCUMULATION])
-        sums = np.append(before + np.cumsum(rows[:-1, here.CHANGE]), actions.energy_of_resets)
+        sums = np.cumsum(np.append(before, rows[:, here.CHANGE]))[1:]  # added up one by one
         self.changes.append((before, rows[:, here.NEXT_FRAME].astype(int), sums))
 
-    def take_changes(self) -> tuple[float, np.ndarray, np.ndarray, list[None]]:
-        """Return what resets had added to T + V [J], then from which frames on they had added how much; no settings."""
+    def take_changes(self) -> tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return what resets had added to T + V [J], then from which frames on they had added how much.
+
+        Behind that the settings of stops and frictions, of which there are none here, and whether they are new.
+        """
         changes, self.changes = self.changes, []
         frames, sums = (np.concatenate([c[k] for c in changes]) for k in (1, 2))
-        return changes[0][0], frames, sums, [None] * len(frames)
+        return changes[0][0], frames, sums, np.zeros((len(frames), 0)), np.zeros(len(frames), dtype=bool)

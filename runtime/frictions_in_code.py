@@ -8,14 +8,20 @@ import numpy as np
 
 from symgen.runtime.code.call_block import CallBlock, call_block
 from symgen.runtime.constraints.row_weights import n_weights, quaternion_places, random_steps
+from symgen.runtime.constraints.size_code import make_sizing
 from symgen.runtime.contact.local_dynamics import creeping_frictions, given, normals_of, smooth_frictions
 from symgen.runtime.contact.settings import Layout
+from symgen.runtime.events_in_code import ACTIONS, hand_over_resets, take_over_resets
+from symgen.runtime.graph.spelling import reset_function
 from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate import plain_events
 from symgen.runtime.integrate import plain_frictions as here
+from symgen.runtime.loop_arrays import DIRECTIONS
 from symgen.runtime.positions import ANGLES
 
 if TYPE_CHECKING:
     from symgen.runtime.event_actions import EventActions
+    from symgen.runtime.inputs.schedule import InputSchedule
     from symgen.runtime.integrate.loop import Loop
     from symgen.runtime.integrate.methods import Method
     from symgen.runtime.loop_arrays import LoopArrays
@@ -23,11 +29,12 @@ if TYPE_CHECKING:
 
 _ROWS = 1024  # of the log
 _LARGEST = 24  # rates: mass matrices are factored in full
-_OF_BOTH = ((here.EVENTS, "events"), (here.RHS, "rhs"))
 _OF_FREE = (
-    (here.ENERGY, "energy"), (here.MASS, "mass_matrix"), (here.FORCES, "forces"), (here.SWITCHES, "switches")
+    (here.EVENTS, "events"), (here.RHS, "rhs"), (plain_events.ENERGY, "energy"), (here.MASS, "mass_matrix"),
+    (here.FORCES, "forces"), (here.SWITCHES, "switches"),
 )  # fmt: skip
-_OF_HELD = (
+_OF_HELD = ((here.HELD_EVENTS, "events"), (here.HELD_RHS, "rhs"), (here.ROWS, "constraint_jacobian"))
+_OF_ALL_ROWS = (
     (here.JACOBIAN, "constraint_jacobian"), (here.RESIDUAL, "constraint_residual"), (here.GAMMA, "gamma")
 )  # fmt: skip
 
@@ -39,7 +46,7 @@ def has_plain_frictions(system: System, method: Method, arrays: LoopArrays) -> b
     """
     return (
         bool(system.switches)
-        and not (system.m or system.quaternions or system.jumps or system.input_descriptions)
+        and not (system.m or system.quaternions or system.jumps)
         and system.nq == system.nv <= _LARGEST
         and not len(Layout(system).circles)
         and not (smooth_frictions(system) | creeping_frictions(system)).any()
@@ -54,8 +61,6 @@ def has_plain_frictions(system: System, method: Method, arrays: LoopArrays) -> b
 def _is_let_go_entirely(system: System) -> bool:
     """Whether stops and frictions are all that the held form can hold, and nothing is left of them otherwise."""
     held = system.closed
-    if held.nh and any(record["unit"] == "" for record in system.coordinates):
-        return False  # how large these are follows from the gaps: `levels.coordinate_sizes`
     if (
         held.dependent
         or held.nh != Layout(system).n_stops
@@ -93,12 +98,17 @@ class FrictionsInCode:
         `has_plain_frictions` of it.
     method : Method
     arrays : LoopArrays
+    inputs : InputSchedule, optional
+        Keeps inputs over time, in the arrays of both forms.
     """
 
     in_both_forms = True
 
-    def __init__(self, system: System, method: Method, arrays: LoopArrays):
-        self._system, self._method, self._arrays = system, method, arrays
+    def __init__(
+        self, system: System, method: Method, arrays: LoopArrays, inputs: InputSchedule | None = None
+    ):
+        self._system, self._method, self._arrays, self._inputs = system, method, arrays, inputs
+        self._changes = -1  # of inputs, when both forms had them
         self._generations: tuple[int, ...] = ()
         self.accumulation = np.nan
         self.changes: list[tuple] = []
@@ -107,10 +117,12 @@ class FrictionsInCode:
         system, arrays, method = self._system, self._arrays, self._method
         free = arrays.visit(system, method, held=False, look=self._look)
         held = arrays.visit(system.closed, method, held=True, look=self._look)
-        self._generations = free[3], held[3]
+        self._generations, self._changes = (free[3], held[3]), -1
+        self._worked_out = free[0].p, held[0].p
         self._own, self._keep = self._make(free, held)
         self._keep += free[1], held[1]
-        self._call = call_block(here.advance_over_frictions, free[0], held[0], self._own)
+        sizing = make_sizing(system.closed, len(arrays.p))
+        self._call = call_block(here.advance_over_frictions, free[0], held[0], self._own, sizing)
 
     def _look(self) -> tuple[Loop, CallBlock, np.ndarray, int, tuple[np.ndarray, ...]]:
         """The loop of the form that the arrays have, its call, its limits of steps, its number, its guard's arrays."""
@@ -120,34 +132,42 @@ class FrictionsInCode:
 
     def _make(self, free: tuple, held: tuple) -> tuple[here.Frictions, list]:
         system, arrays, closed, layout = self._system, self._arrays, self._system.closed, Layout(self._system)
-        addresses, keep = np.zeros(here.N_ADDRESSES, dtype=np.uint64), []
-        named = [
-            (place + k, form, name) for k, form in enumerate((system, closed)) for place, name in _OF_BOTH
+        n_own = len(system.events) - len(system.switches)
+        addresses, keep = np.zeros(here.FIRST_RESET + n_own, dtype=np.uint64), []
+        resets = [
+            (here.FIRST_RESET + k, reset_function(event["name"]))
+            for k, event in enumerate(system.events[:n_own])
+            if event["action"] == "reset"
         ]
-        named += [(place, system, name) for place, name in _OF_FREE]
-        named += [(place, closed, name) for place, name in _OF_HELD]
-        for place, form, name in named:
-            keep.append(form.kernel(name))
+        for form, named in ((system, (*_OF_FREE, *resets)), (closed, _OF_HELD)):
+            for place, name in named:
+                keep.append(form.kernel(name))
+                addresses[place] = keep[-1].precomputed_address
+        for place, name in _OF_ALL_ROWS:
+            keep.append(closed.kernel(name))
             addresses[place] = keep[-1].address
-        for k, (form, looked) in enumerate(((system, free), (closed, held))):
-            addresses[here.ADVANCE + k] = looked[1].address
-            addresses[here.SETUP + k] = form.setup_address
-        addresses[here.ROWS] = closed.kernel("constraint_jacobian").precomputed_address
+        addresses[here.ADVANCE], addresses[here.HELD_ADVANCE] = free[1].address, held[1].address
+        addresses[here.SETUP], addresses[here.HELD_SETUP] = system.setup_address, closed.setup_address
+        counts = np.zeros(here.N_COUNTS, dtype=np.int64)
+        counts[here.IS_ADAPTIVE], counts[here.MAY_JUMP] = self._method.adaptive, system.events_may_jump
         nq, nv, n, ne = system.nq, system.nv, closed.m, len(system.events)
         n_stops, first = layout.n_stops, system.n_settable
         groups, largest = _groups(system, arrays.p)
         context, weights, _ = held[4]  # what is let go of has no curve
         own = here.Frictions(
             addresses=addresses, free_block=free[1].block, held_block=held[1].block, result=np.zeros(1),
-            p=arrays.p, everything=arrays.p.copy(), closed=first + layout.closed, stuck=first + layout.stuck,
-            sense=first + layout.sense,
-            counts=np.array([0, 0, self._method.adaptive], dtype=np.int64), sums=np.zeros(1),
+            actions=np.array([ACTIONS[event["action"]] for event in system.events[:n_own]], dtype=np.int64),
+            directions=np.array([DIRECTIONS[event["direction"]] for event in system.events[:n_own]], dtype=np.int64),
+            p=arrays.p, everything=arrays.p.copy(), held_p=held[0].p, closed=first + layout.closed,
+            stuck=first + layout.stuck, sense=first + layout.sense, counts=counts,
+            sums=np.array([0.0, np.nan, 0.0, plain_events.ROUND_OFF]), intervals=np.zeros(plain_events.MOST_INTERVALS),
             limits=np.array([free[2], held[2]]), groups=groups, largest=largest, context=context, weights=weights,
             steps=np.array(random_steps(nv)), places=quaternion_places(system), position=np.zeros(nq + nv),
             rows=np.zeros(n * nv), squares=np.zeros(n), sizes=largest.copy(),
             log=np.zeros((_ROWS, here.FIRST_STATE + 2 * (nq + nv) + 2 + 2 * n - n_stops)),
             lowest=np.full(n_stops, np.inf), before=np.zeros(nq + nv), moved=np.zeros(nq + nv), slope=np.zeros(nq + nv),
-            free_row=np.zeros(system.n_row), held_row=np.zeros(closed.n_row),
+            row=np.zeros(system.n_row), held_row=np.zeros(closed.n_row),
+            kept=np.zeros(2 * n - n_stops),
             values=np.zeros(ne), g=np.zeros(ne), floor=np.zeros(ne), other=np.zeros(ne), energy=np.zeros(2),
             switches=np.zeros(3 * n - n_stops), jacobian=np.zeros(n * nv), residual=np.zeros(n_stops + n),
             speeds=np.zeros(n), gamma=np.zeros(n),
@@ -165,17 +185,33 @@ class FrictionsInCode:
             if not len(actions.log):  # the arrays cost as much as one event, and many runs have none
                 return arrays.advance(stop, max_steps, watch=watch, keep_log=keep_log)
             self._bind()
+        self._write_inputs(is_held=actions.is_held)
         own = self._own
         own.counts[here.N_LOG], own.counts[here.IS_HELD] = 0, actions.is_held
-        own.sums[0] = before = actions.energy_of_resets
+        before = actions.energy_of_resets
+        hand_over_resets(actions, own)
         own.lowest[:] = actions.lowest_gaps
         arrays.set_limits(stop, max_steps, watch, keep_log=keep_log)
         status = self._call()
         n = int(own.counts[here.N_LOG])
         if n:
-            arrays.adopt(self._system.closed if own.counts[here.IS_HELD] else self._system, self._method)
+            self._adopt(self._system.closed if own.counts[here.IS_HELD] else self._system)
             self._take_over(actions, own.log[:n].copy(), before)
         return status
+
+    def _write_inputs(self, *, is_held: bool) -> None:
+        """Let the form that does not apply have the inputs that the other has."""
+        inputs = self._inputs
+        if inputs is not None and inputs.changes != self._changes:
+            system = self._system if is_held else self._system.closed
+            inputs.write(system, self._worked_out[0 if is_held else 1])
+            self._changes = inputs.changes
+
+    def _adopt(self, form: System) -> None:
+        """Let Python go on with the arrays of the form that applies."""
+        self._arrays.adopt(form, self._method)
+        if self._inputs is not None:
+            self._inputs.take_form(form)
 
     def _take_over(self, actions: EventActions, rows: np.ndarray, before: float) -> None:
         """Let the actions of Python know what happened."""
@@ -183,10 +219,11 @@ class FrictionsInCode:
         settings = self._settings(rows)
         is_new = (settings != np.vstack([known, settings[:-1]])).any(axis=1)
         actions.lowest_gaps = self._own.lowest.copy()
-        actions.log.extend_by_rows(self._system, rows)
-        actions.energy_of_resets = float(self._own.sums[0])
+        n = here.FIRST_STATE + 2 * (self._system.nq + self._system.nv) + 2  # settings are kept elsewhere
+        actions.log.extend_by_rows(self._system, rows[:, :n].copy())
+        self.accumulation = take_over_resets(actions, self._own)
         actions.switching.settings = settings[-1]
-        sums = np.append(before + np.cumsum(rows[:-1, here.CHANGE]), actions.energy_of_resets)
+        sums = np.cumsum(np.append(before, rows[:, here.CHANGE]))[1:]  # added up one by one
         self.changes.append((before, rows[:, here.NEXT_FRAME].astype(int), sums, settings, is_new))
 
     def _settings(self, rows: np.ndarray) -> np.ndarray:
@@ -201,12 +238,10 @@ class FrictionsInCode:
         )
         return settings
 
-    def take_changes(self) -> tuple[float, np.ndarray, np.ndarray, list[np.ndarray | None]]:
-        """Return what events had added to T + V [J], from which frames on they had added how much, and new settings.
+    def take_changes(self) -> tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return what events had added to T + V [J], then from which frames on they had added how much.
 
-        None where an event left the settings as they were.
+        Behind that the settings of stops and frictions, shape (n, number of settings), and whether they are new.
         """
         changes, self.changes = self.changes, []
-        frames, sums = (np.concatenate([c[k] for c in changes]) for k in (1, 2))
-        settings = [own if is_new else None for c in changes for own, is_new in zip(c[3], c[4])]
-        return changes[0][0], frames, sums, settings
+        return changes[0][0], *(np.concatenate([c[k] for c in changes]) for k in (1, 2, 3, 4))

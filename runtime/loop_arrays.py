@@ -365,8 +365,6 @@ class LoopArrays:
 
     def _take_form_again(self, system: System, method: Method) -> bool:
         """Go on with the arrays of a form that the run has had before, as with new ones; whether it had."""
-        if system.input_descriptions:
-            return False  # what is worked out of `p` has pieces of inputs over time in it
         if not self.adopt(system, method):
             return False
         self._work_out(system, self._form[1])
@@ -382,7 +380,8 @@ class LoopArrays:
     def _work_out(self, system: System, method: Method) -> None:
         """Work out in place what follows from `p`, and what the method carries behind it."""
         if self.precomputed is not self.p:
-            self.precomputed[: system.n_precomputed] = system.precomputed(self.p)
+            found = system.worked_out(self.p)
+            self.precomputed[: len(found)] = found
         if self.jumps:
             self.take_branches()
         if self._n_tail:

@@ -78,7 +78,7 @@ class RunState:
         self.samples: list[tuple[float, np.ndarray, float, int]] = []
         self.last: tuple[float, np.ndarray] | None = None
         self.reset_energy_at_frames = np.zeros(len(arrays.frame_times))
-        self.forms: list[np.ndarray] = []  # settings of stops and frictions, one after another
+        self.forms = FormLog()
         self.form_at_frames = np.zeros(len(arrays.frame_times), dtype=int)
         self.step_log = StepLog()
         self.seconds = 0.0
@@ -86,6 +86,44 @@ class RunState:
         self.stiff_noted = False
         self.is_resumed = self.forces_jumped = False
         self.at_last_step: Checkpoint | None = None  # before the step that passed the end
+
+
+class FormLog:
+    """Settings of stops and frictions, one after another, as rows of an array that grows.
+
+    Parameters
+    ----------
+    rows : ndarray, shape (n, number of settings)
+    """
+
+    def __init__(self, rows: np.ndarray | None = None):
+        self._rows = np.zeros((0, 0)) if rows is None else np.array(rows)
+        self._n = len(self._rows)
+
+    def append(self, settings: np.ndarray) -> None:
+        """Add settings."""
+        self.extend(settings[None])
+
+    def extend(self, rows: np.ndarray) -> None:
+        """Add settings, row by row."""
+        n = self._n + len(rows)
+        if n > len(self._rows):
+            longer = np.zeros((n + n // 4 + 1, rows.shape[1]))
+            if self._n:
+                longer[: self._n] = self._rows[: self._n]
+            self._rows = longer
+        self._rows[self._n : n] = rows
+        self._n = n
+
+    def __len__(self) -> int:
+        return self._n
+
+    def __getitem__(self, k: int) -> np.ndarray:
+        return self.array()[k]
+
+    def array(self) -> np.ndarray:
+        """Return a view of all of them, shape (n, number of settings)."""
+        return self._rows[: self._n] if self._n else np.zeros(0)
 
 
 class StepLog:

@@ -22,7 +22,7 @@ from symgen.runtime.solution import ConstraintResidual, Energy, Sample, Solution
 if TYPE_CHECKING:
     from symgen.runtime.contact.forms import Forms
     from symgen.runtime.event_actions import EventRecord
-    from symgen.runtime.run_state import RunState
+    from symgen.runtime.run_state import FormLog, RunState
     from symgen.runtime.system import System
 
 contact_forms = Late("symgen.runtime.contact.forms")
@@ -70,7 +70,7 @@ def summarise(
     run.actions.note_gaps()
     passed = _collected(run)
     times, rows, resets, shown = passed.t, passed.y, passed.resets, passed.shown
-    forms = contact_forms.Forms(np.array(run.forms), passed.forms) if run.forms else None
+    forms = contact_forms.Forms(run.forms.array(), passed.forms) if run.forms else None
     if run.window is not None:
         notes = [*notes, *run.window.note(len(times))]
     work = resets + (rows[:, system.nq + system.nv] if system.nw else 0.0)
@@ -232,7 +232,7 @@ def _samples(
     system: System,
     p: np.ndarray,
     entries: Sequence[tuple[float, np.ndarray, float, int]],
-    settings: Sequence[np.ndarray],
+    settings: FormLog,
 ) -> list[Sample]:
     if not entries:
         return []
@@ -240,7 +240,7 @@ def _samples(
     rows = np.vstack([entry[1] for entry in entries])
     forces = None
     if settings:
-        forms = contact_forms.Forms(np.array(settings), np.array([entry[3] for entry in entries]))
+        forms = contact_forms.Forms(settings.array(), np.array([entry[3] for entry in entries]))
         accelerations, multipliers, forces = forms.evaluate(system, p, times, rows)
     else:
         accelerations, multipliers = accelerations_and_multipliers(system, p, times, rows)

@@ -321,6 +321,10 @@ class System(ModelFunctions):
                 self.__dict__["n_precomputations"] += 1
         return longer.copy()
 
+    def worked_out(self, p: np.ndarray) -> np.ndarray:
+        """Return the part of `precomputed` that follows from `p`: all, but for pieces of inputs over time."""
+        return self.precomputed(p)
+
     def precomputed_rows(self, p: np.ndarray) -> np.ndarray:
         """Return `precomputed` of each row of `p`, shape (n, n_p), of which only those of the last call are kept."""
         key, (known, rows) = p.tobytes(), self.__dict__.get("_last_rows", (None, None))

@@ -7,7 +7,7 @@ import pytest
 
 import symgen
 from symgen import Model
-from symgen.runtime import events_in_code
+from symgen.runtime import events_in_code, frictions_in_code
 from symgen.runtime.event_actions import EventLog, ZenoDetector
 from symgen.runtime.events_in_code import EventsInCode
 from symgen.runtime.inputs import Controller, Polynomial, Table
@@ -48,6 +48,15 @@ then = "record"
 [events.high]
 when = "y - 5"
 then = "terminate"
+"""
+)
+KICKED = (
+    STOP
+    + """
+[events.high]
+when = "y - 1/4"
+direction = "rising"
+then = { reset = { "dot(y)" = "0.99*dot(y)" } }
 """
 )
 TWO_STOPS = """
@@ -105,12 +114,13 @@ def both(monkeypatch, model, t_end, **options):
     with monkeypatch.context() as patch:
         patch.setattr(events_in_code, "has_plain_events", lambda _: False)
         patch.setattr(events_in_code, "has_impacts_beside_constraints", lambda *_: False)
+        patch.setattr(frictions_in_code, "has_plain_frictions", lambda *_: False)
         by_python = model.run(t_end, **options)
     return by_python, model.run(t_end, **options)
 
 
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("text", [STOP, MARKED], ids=["stop", "marked"])
+@pytest.mark.parametrize("text", [STOP, MARKED, KICKED], ids=["stop", "marked", "kicked"])
 def test_one_body_has_the_same_bits(monkeypatch, text, method):
     by_python, in_code = both(monkeypatch, system(text), 4.0, method=method)
     assert_same_bits(in_code, by_python)

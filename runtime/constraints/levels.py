@@ -21,15 +21,15 @@ if TYPE_CHECKING:
 # Without units nothing tells an angle from a length in micrometres but the constraints themselves: a coordinate that
 # changes them by many times the size of their terms has been moved too far.
 
-_SMALL_CHANGE = 1e-6  # of parameters: what they make of the constraints' terms
-_FAR = 30.0  # terms of a constraint: a change by more says that the sizes are not those of the model
-_DIVIDED_BY, _AT_ONCE = 4.0, 16
-_DIVIDED = _DIVIDED_BY ** -np.arange(float(_AT_ONCE))
-_SMALLEST = 1e-30
+SMALL_CHANGE = 1e-6  # of parameters: what they make of the constraints' terms
+FAR = 30.0  # terms of a constraint: a change by more says that the sizes are not those of the model
+DIVIDED_BY, AT_ONCE = 4.0, 16
+_DIVIDED = DIVIDED_BY ** -np.arange(float(AT_ONCE))
+SMALLEST = 1e-30
 _MOST_REMEMBERED = 16
-_LONG_AND_PARTS = (1.0, 1.0 / 16.0, 1.0 / 37.0)  # a long way, parts of it,
-_TURNS = 100.0  # [rad]
-_STRAIGHT = 0.3  # and what they may change of what all of it does
+LONG_AND_PARTS = (1.0, 1.0 / 16.0, 1.0 / 37.0)  # a long way, parts of it,
+TURNS = 100.0  # [rad]
+STRAIGHT = 0.3  # and what they may change of what all of it does
 
 
 class PositionConstraints(Protocol):
@@ -143,10 +143,10 @@ def _fit(constraints: PositionConstraints, q: np.ndarray, sizes: np.ndarray, bar
         if not _goes_on(constraints, q, at, np.copysign(sizes[k], q[k]) * each[k]):
             sizes[k] = 1.0
     terms = _terms(constraints, q, at, sizes)
-    if (change(bare * (1.0 - 0.3 * np.abs(_odd(len(q))))) <= _FAR * terms).all():
+    if (change(bare * (1.0 - 0.3 * np.abs(odd(len(q))))) <= FAR * terms).all():
         return
     # What returns is an angle, however small all of them are here.
-    waiting = [k for k in np.flatnonzero(bare) if _goes_on(constraints, q, at, _TURNS * each[k])]
+    waiting = [k for k in np.flatnonzero(bare) if _goes_on(constraints, q, at, TURNS * each[k])]
     while waiting:
         left = [k for k in waiting if not _shrink(sizes, k, changes, terms)]
         if len(left) == len(waiting):
@@ -162,39 +162,39 @@ def _shrink(
     sizes: np.ndarray, k: int, changes: Callable[[np.ndarray], np.ndarray], terms: np.ndarray
 ) -> bool:
     """Make a size such that it changes a constraint by no more than its terms; False where no constraint says so."""
-    steps = np.zeros((_AT_ONCE, len(sizes)))
+    steps = np.zeros((AT_ONCE, len(sizes)))
     steps[0, k] = sizes[k]
     first = changes(steps[:1])[0]
     says = (first > 0.0) & (terms > 0.0)
     if not says.any():
         return False
-    if (first[says] <= _FAR * terms[says]).any():
+    if (first[says] <= FAR * terms[says]).any():
         return True
-    while sizes[k] > _SMALLEST:
+    while sizes[k] > SMALLEST:
         steps[:, k] = sizes[k] * _DIVIDED  # powers of two: as exact as one after another
-        enough = (changes(steps)[:, says] <= terms[says]).any(axis=1) | ~(steps[:, k] > _SMALLEST)
+        enough = (changes(steps)[:, says] <= terms[says]).any(axis=1) | ~(steps[:, k] > SMALLEST)
         if enough.any():
             sizes[k] = steps[np.argmax(enough), k]
             return True
-        sizes[k] = steps[-1, k] / _DIVIDED_BY
+        sizes[k] = steps[-1, k] / DIVIDED_BY
     return True
 
 
 def _goes_on(constraints: PositionConstraints, q: np.ndarray, at: np.ndarray, step: np.ndarray) -> bool:
     """Whether all constraints go on changing along a step, as they do with lengths: angles of many turns return."""
-    whole, *parts = np.abs(constraints.residuals(q + np.outer(_LONG_AND_PARTS, step)) - at)
-    return bool((np.maximum(*parts) <= _STRAIGHT * whole).all())
+    whole, *parts = np.abs(constraints.residuals(q + np.outer(LONG_AND_PARTS, step)) - at)
+    return bool((np.maximum(*parts) <= STRAIGHT * whole).all())
 
 
 def _terms(constraints: PositionConstraints, q: np.ndarray, at: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     """Return the size of the terms of each constraint: by what relative changes of all numbers in it change it."""
-    of_p = constraints.position(q, constraints.p * (1.0 + _SMALL_CHANGE * _odd(len(constraints.p))))
-    of_q = constraints.position(q + _SMALL_CHANGE * _odd(len(q)) * np.clip(q, -sizes, sizes))
-    change = np.fmax(np.abs(of_p - at), np.abs(of_q - at)) / _SMALL_CHANGE
+    of_p = constraints.position(q, constraints.p * (1.0 + SMALL_CHANGE * odd(len(constraints.p))))
+    of_q = constraints.position(q + SMALL_CHANGE * odd(len(q)) * np.clip(q, -sizes, sizes))
+    change = np.fmax(np.abs(of_p - at), np.abs(of_q - at)) / SMALL_CHANGE
     return np.fmax(np.where(np.isfinite(change), change, 0.0), np.abs(at))
 
 
-def _odd(n: int) -> np.ndarray:
+def odd(n: int) -> np.ndarray:
     """Return numbers between -1 and 1 that are in no simple ratio to each other."""
     return np.cos(1.0 + np.arange(n) ** 1.5)
 

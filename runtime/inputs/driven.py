@@ -235,6 +235,10 @@ class DrivenSystem(System):
             self.places, np.asarray(self.base.precomputed(p), dtype=float), self.all_pieces, addresses
         )
 
+    def worked_out(self, p: np.ndarray) -> np.ndarray:
+        """Return the part of `precomputed` in front of the inputs."""
+        return self.base.precomputed(p)
+
     def precomputed_rows(self, p: np.ndarray) -> np.ndarray:
         """Return `precomputed` of each row of `p`."""
         return np.array([self.precomputed(row) for row in p])

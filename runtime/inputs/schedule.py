@@ -46,12 +46,10 @@ class InputSchedule:
         self._system, self._arrays = system, arrays
         self._t_start = abs(t_start)
         n = len(system.places.pieces) - sum(len(sampler.inputs) for sampler in system.samplers)
-        places, everywhere = system.places.pieces, needs_all_breaks(method)
-        self._piecewise = [
-            _PiecewiseInput(place, x, everywhere) for place, x in zip(places, system.all_pieces[:n])
-        ]
-        self._sampled = places[n:]
+        everywhere = needs_all_breaks(method)
+        self._piecewise = [_PiecewiseInput(x, everywhere) for x in system.all_pieces[:n]]
         self._until = -math.inf
+        self.changes = 0  # times at which other pieces were put into use
         self._fix(t_start)
 
     @property
@@ -83,28 +81,35 @@ class InputSchedule:
         return SAME_TIME * max(self._t_start, abs(t)) if t < math.inf else 0.0
 
     def take_new_arrays(self, system: DrivenSystem, t: float) -> None:
-        """Go on with another form of the model, and with a `precomputed` that was made anew."""
+        """Go on from `t` [s] with another form of the model, and with a `precomputed` that was made anew."""
         self._system = system
-        n = len(self._piecewise)
-        for given, place in zip(self._piecewise, system.places.pieces):
-            given.place = place
-        self._sampled = system.places.pieces[n:]
         self._fix(t)
+
+    def take_form(self, system: DrivenSystem) -> None:
+        """Go on with another form of the model, in whose `precomputed` the same pieces are put into use."""
+        self._system = system
+        self.write(system, self._arrays.precomputed)
+
+    def write(self, system: DrivenSystem, precomputed: np.ndarray) -> None:
+        """Put the pieces in use into a `precomputed` of a form of the model; where they end changes none of it."""
+        places, n = system.places.pieces, len(self._piecewise)
+        for given, place in zip(self._piecewise, places):
+            given.write(place, precomputed)
+        values = (value for sampler in system.samplers for value in sampler.values[-1])
+        for place, value in zip(places[n:], values):
+            precomputed[place.block + FIXED], precomputed[place.block + COEFFICIENTS] = 1.0, value
 
     def _fix(self, t: float) -> bool:
         """Fix the pieces that hold after `t`, and find out until when; returns whether a value jumps there."""
-        precomputed, jumped, until = self._arrays.precomputed, False, math.inf
+        jumped, until = False, math.inf
         for given in self._piecewise:
-            jumped = given.enter(t + self._near(t), precomputed) or jumped
+            jumped = given.enter(t + self._near(t)) or jumped
             until = min(until, given.until)
-        k = 0
         for sampler in self._system.samplers:
-            for value in sampler.values[-1]:
-                precomputed[self._sampled[k].block + FIXED] = 1.0
-                precomputed[self._sampled[k].block + COEFFICIENTS] = value
-                k += 1
             until = min(until, sampler.next_time)
         self._until = until
+        self.changes += 1
+        self.write(self._system, self._arrays.precomputed)
         return jumped
 
 
@@ -117,8 +122,8 @@ class _PiecewiseInput:
         The next break at which steps must end.
     """
 
-    def __init__(self, place: PiecesPlace, pieces: Pieces, everywhere: bool):
-        self.place, self._pieces = place, pieces
+    def __init__(self, pieces: Pieces, everywhere: bool):
+        self._pieces = pieces
         jumps = pieces.jumps()
         self._fixed = everywhere or bool(jumps.any())
         chosen = np.ones(len(jumps), dtype=bool) if self._fixed else pieces.kinks()
@@ -126,20 +131,22 @@ class _PiecewiseInput:
         self._next = 0
         self.until = math.inf
 
-    def enter(self, t: float, precomputed: np.ndarray) -> bool:
-        """Put the piece that holds at `t` into use; returns whether the value jumped at a stop since the last call."""
+    def enter(self, t: float) -> bool:
+        """Go on to the piece that holds at `t`; returns whether the value jumped at a stop since the last call."""
         jumped = False
         while self._next < len(self._stops) and self._stops[self._next] <= t:
             jumped = jumped or self._jumps[self._next]
             self._next += 1
         self.until = self._stops[self._next] if self._next < len(self._stops) else math.inf
-        if self._fixed:  # else steps go over breaks, and the piece is searched for
-            block = self.place.block
-            precomputed[block + FIXED], precomputed[block + KNOT] = 1.0, self._pieces.knots[k := self._next]
-            precomputed[block + COEFFICIENTS : block + COEFFICIENTS + self.place.width] = (
-                self._pieces.coefficients[k]
-            )
         return jumped
+
+    def write(self, place: PiecesPlace, precomputed: np.ndarray) -> None:
+        """Put the piece that holds into use."""
+        if not self._fixed:
+            return  # steps go over breaks, and the piece is searched for
+        block, k = place.block, self._next
+        precomputed[block + FIXED], precomputed[block + KNOT] = 1.0, self._pieces.knots[k]
+        precomputed[block + COEFFICIENTS : block + COEFFICIENTS + place.width] = self._pieces.coefficients[k]
 
 
 def read_signals(

@@ -173,7 +173,7 @@ def fired_alone(loop):
 @jitted
 def act(loop, after):
     """Act on the event at which a step loop has returned; returns what became of it."""
-    ne, n_own = loop.sizes[at.NE], after.actions.shape[0]
+    n_own = after.actions.shape[0]
     event = fired_alone(loop)
     if event < 0 or after.counts[N_LOG] >= after.log.shape[0]:
         return NOT_PLAIN
@@ -193,8 +193,8 @@ def act(loop, after):
     energy = total_energy(loop, after)
     against = False
     if event < n_own:
-        if ne > n_own or after.constraints.shape[0] > 0:
-            return NOT_PLAIN  # stops may be touched where a reset leads, and constraints left
+        if after.constraints.shape[0] > 0:
+            return NOT_PLAIN  # they may be left where a reset leads
         against = moves_against(event, loop, after)
         for k in range(n):
             after.moved[k] = 0.0
@@ -204,6 +204,9 @@ def act(loop, after):
         if not all_finite(after.moved, n):
             return NOT_PLAIN
         copy(after.moved, loop.y)
+        if not are_open(-1, loop, after):
+            copy(after.before, loop.y)
+            return NOT_PLAIN
     elif not strike(event - n_own, loop, after):
         copy(after.before, loop.y)
         return NOT_PLAIN
@@ -538,6 +541,19 @@ def band_of(i, loop, after):
 
 
 @jitted
+def are_open(but, loop, after):
+    """Whether all gaps but one are more than what tolerances leave open; finds their rows, too."""
+    if after.lowest.shape[0] == 0:
+        return True
+    find_stops(loop, after)
+    call_kernel(after.addresses[SWITCHES], loop.control[at.T], loop.y, loop.p, after.switches)
+    for k in range(after.lowest.shape[0]):
+        if k != but and not after.switches[2 * k] > gap_tolerance(k, loop, after):
+            return False
+    return True
+
+
+@jitted
 def strike(i, loop, after):
     """Change the rates by an impact on a stop, if that is all that happens; whether it was.
 
@@ -545,11 +561,8 @@ def strike(i, loop, after):
     the rate then is -e times what it was.
     """
     nq, nv, t = loop.sizes[at.NQ], loop.sizes[at.NV], loop.control[at.T]
-    find_stops(loop, after)
-    call_kernel(after.addresses[SWITCHES], t, loop.y, loop.p, after.switches)
-    for k in range(after.lowest.shape[0]):
-        if k != i and not after.switches[2 * k] > gap_tolerance(k, loop, after):
-            return False
+    if not are_open(i, loop, after):
+        return False
     closing, restitution = speed_of(i, after), after.switches[2 * i + 1]
     if not (closing < 0.0 and 0.0 < restitution <= 1.0):
         return False
@@ -688,7 +701,6 @@ def back(n, lower, x):
 @jitted
 def begin_events(loop, after):
     """Arm the events at the start of a run; whether that is all there is to do."""
-    ne, n_own = loop.sizes[at.NE], after.actions.shape[0]
     copy(loop.p[: after.everything.shape[0]], after.everything)
     for k in range(after.switches_at.shape[0]):
         after.everything[after.switches_at[k]] = 1.0
@@ -697,11 +709,7 @@ def begin_events(loop, after):
     after.sums[LAST_RESET] = math.nan
     for i in range(after.lowest.shape[0]):
         after.lowest[i] = math.inf
-    if ne > n_own:
-        find_stops(loop, after)
-        call_kernel(after.addresses[SWITCHES], loop.control[at.T], loop.y, loop.p, after.switches)
-        for k in range(after.lowest.shape[0]):
-            if not after.switches[2 * k] > gap_tolerance(k, loop, after):
-                return False
+    if not are_open(-1, loop, after):
+        return False
     arm(0, False, loop, after)
     return True

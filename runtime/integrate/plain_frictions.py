@@ -2,8 +2,8 @@
 
 It is what `event_actions.py`, `contact/lone_friction.py` and `LoopArrays.change_form` do of such an event, which take a
 hundred times as long; and what `contact/switching.py` does of an impact on a stop, which is open or closed behind that,
-and of its release, while all other stops are open and all frictions slide. All else is left to them: events of the
-model's own, several that are at rest.
+and of its release, while what else is closed or sticks has nothing to do with it. All else is left to them: several
+that are held and move each other, resets beside what is held, events that end the run.
 """
 
 import math
@@ -16,43 +16,67 @@ from symgen.runtime.code.jitted import jitted
 from symgen.runtime.constraints.branch import ILL_CONDITIONED, NEAR_SINGULAR, USUAL_RANK
 from symgen.runtime.constraints.guard_code import NEAR_LIMIT
 from symgen.runtime.constraints.row_weights import fill_row_weights
+from symgen.runtime.constraints.size_code import fit_sizes
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.loop import all_finite, copy
 from symgen.runtime.integrate.plain_events import (
+    ADVANCE,
     CHANGE,
     CLEAR,
     EPS,
     EVENT,
+    EVENTS,
     FIRST_STATE,
+    FORCES,
+    GAMMA,
+    IS_ADAPTIVE,
+    JACOBIAN,
     LED,
+    MASS,
+    MAY_JUMP,
+    N_LOG,
     NEXT_FRAME,
     ON_CONSTRAINTS,
     PLAINLY,
+    RECORDS,
+    RESET_ENERGY,
+    RESETS,
+    RESIDUAL,
+    RHS,
     ROUND_OFF,
     SINGULAR_MASS,
     SURELY_SEEN,
+    SWITCHES,
     TIME,
+    ZENO,
     add_change,
     factor,
     fired_alone,
+    has_jumped,
     has_room,
+    heading_of,
     is_at_break,
+    look_for_pile,
+    moves_against,
     sign,
     solve,
+    total_energy,
 )
 from symgen.runtime.integrate.projection import LEAST_USUAL, MOST_USUAL, RESIDUAL_LEFT
 
-# Addresses: the first eight by form, that of the free one first.
-ADVANCE, EVENTS, RHS, SETUP = range(0, 8, 2)
-ENERGY, MASS, FORCES, SWITCHES, JACOBIAN, RESIDUAL, GAMMA, ROWS = range(8, 16)
-N_ADDRESSES = 16
-N_LOG, IS_HELD, IS_ADAPTIVE = range(3)  # in `counts`
+# Addresses: those of the free form where `plain_events` has them; rows and rates of what is held take `p` itself, all
+# others what is worked out of it. SETUP: what works that out. Resets, in the order of the events, follow.
+SETUP, HELD_ADVANCE, HELD_EVENTS, HELD_RHS, HELD_SETUP, ROWS, FIRST_RESET = range(GAMMA + 1, GAMMA + 8)
+IS_HELD = MAY_JUMP + 1  # in `counts`, behind those of `plain_events`
+N_COUNTS = IS_HELD + 1
 SLIPS, STICKS, TURNS, STRIKES, OPENS = range(5)  # what becomes of a friction, or a stop
 # Speeds of gaps that close no faster are at rest, as in `contact/switching.py`.
 SETTLED, NO_SPEED = 1e-12, 1e-15
-NOT_KNOWN, GOES_ON, OTHER_SETTINGS = range(3)  # what `act` has done
+# What `act` has done; GOES_ON_AS_IT_WAS: changed nothing of the motion. Resets pile up at `sums[ACCUMULATION]`.
+NOT_KNOWN, GOES_ON, OTHER_SETTINGS, GOES_ON_AS_IT_WAS, PILES_UP = range(5)
 # As in `contact/instant.py`, `event_actions.py`.
 UNDECIDED, BALANCED, ROUNDED, LIMIT_ROUNDED, LITTLE = 1e-9, 1e-6, 1e-13, 1e-10, 1e-7
+CHANGES = 1e-11  # as in `contact/switching.py`: of the largest acceleration, in a moment, more than round-off
 ANGLE = -1  # in `groups`: a coordinate whose size is 1
 
 
@@ -64,13 +88,16 @@ class Frictions(NamedTuple):
     addresses : ndarray of uint64, shape (N_ADDRESSES,)
     free_block, held_block, result : ndarray
         Of the step loops' `CallBlock`.
+    actions, directions : ndarray of int64, shape (number of events of the model's own,)
     p, everything : ndarray, shape (n_p,)
         Parameters with the settings of frictions; scratch for the same with all of them stuck.
+    held_p : ndarray
+        What the held form has worked out of `p`.
     closed, stuck, sense : ndarray of int64, shapes (s,), (k,), (k,)
         Places of these settings.
-    counts : ndarray of int64, shape (3,)
-    sums : ndarray, shape (1,)
-        T + V that events have added [J].
+    counts : ndarray of int64, shape (N_COUNTS,)
+    sums, intervals : ndarray, shapes (4,), (MOST_INTERVALS,)
+        As in `plain_events`.
     limits : ndarray, shape (2, 2)
         H_BASE and H_SHARE, by form.
     groups, largest : ndarray of int64, shape (nv,), and of float64
@@ -84,9 +111,11 @@ class Frictions(NamedTuple):
         As that of `plain_events`; behind it what became of the friction or stop, which frictions stick, senses, and
         which stops are closed.
     before, moved, slope : ndarray, shape (nq + nv,)
-    free_row, held_row : ndarray
+    row, held_row : ndarray
         Of `rhs`.
     values, g, floor, other : ndarray, shape (NE,)
+    kept : ndarray, shape (2 k + s,)
+        The settings before an event, in the order of a row of the log.
     energy, switches : ndarray, shapes (2,), (2 s + 3 k,)
     jacobian, residual, speeds, gamma : ndarray, shapes (n * nv,), (s + n,), (n,), (n,)
     mass, inertia, response, compliance : ndarray, shapes (nv * nv,), (nv,), (n, nv), (n, n)
@@ -98,13 +127,17 @@ class Frictions(NamedTuple):
     free_block: np.ndarray
     held_block: np.ndarray
     result: np.ndarray
+    actions: np.ndarray
+    directions: np.ndarray
     p: np.ndarray
     everything: np.ndarray
+    held_p: np.ndarray
     closed: np.ndarray
     stuck: np.ndarray
     sense: np.ndarray
     counts: np.ndarray
     sums: np.ndarray
+    intervals: np.ndarray
     limits: np.ndarray
     groups: np.ndarray
     largest: np.ndarray
@@ -121,12 +154,13 @@ class Frictions(NamedTuple):
     before: np.ndarray
     moved: np.ndarray
     slope: np.ndarray
-    free_row: np.ndarray
+    row: np.ndarray
     held_row: np.ndarray
     values: np.ndarray
     g: np.ndarray
     floor: np.ndarray
     other: np.ndarray
+    kept: np.ndarray
     energy: np.ndarray
     switches: np.ndarray
     jacobian: np.ndarray
@@ -144,18 +178,24 @@ class Frictions(NamedTuple):
 
 
 @jitted
-def advance_over_frictions(free, held, own):
+def advance_over_frictions(free, held, own, sizing):
     """Call the step loop of the form that applies, and act on frictions, until something is for Python to do.
+
+    Parameters
+    ----------
+    free, held : Loop
+    own : Frictions
+    sizing : Sizing
 
     Returns
     -------
     int
-        A status of the step loop, EVENT where Python is to act.
+        A status of the step loop, EVENT where Python is to act, or ZENO.
     """
     last = free.counters[at.STEPS] + free.counters[at.MAX_STEPS_PER_CALL]
     while True:
         if own.counts[IS_HELD]:
-            call_kernel(own.addresses[ADVANCE + 1], 0.0, own.held_block, own.held_block, own.result)
+            call_kernel(own.addresses[HELD_ADVANCE], 0.0, own.held_block, own.held_block, own.result)
         else:
             call_kernel(own.addresses[ADVANCE], 0.0, own.free_block, own.free_block, own.result)
         status = int(own.result[0])
@@ -164,11 +204,14 @@ def advance_over_frictions(free, held, own):
         done = act(free, own)
         if done == NOT_KNOWN:
             return status
-        restart(free, own)
+        if done == PILES_UP:
+            return ZENO
+        if done != GOES_ON_AS_IT_WAS:
+            restart(free, own)
         if done == OTHER_SETTINGS:
             if own.counts[IS_HELD]:
                 take_form(held, 1, own)
-                expect(held, own)
+                expect(held, own, sizing)
             else:
                 take_form(free, 0, own)
         if not has_room(last, free) or own.counts[N_LOG] >= own.log.shape[0]:
@@ -185,67 +228,185 @@ def act(loop, own):
         loop.sizes[at.NQ],
         loop.sizes[at.NV],
     )
-    event = fired_alone(loop)
-    i = event - (ne - n_stops - n)
-    if i < 0 or own.counts[N_LOG] >= own.log.shape[0] or not others_are_free(i, loop, own):
+    event, n_own = fired_alone(loop), ne - n_stops - n
+    if event < 0 or own.counts[N_LOG] >= own.log.shape[0]:
         return NOT_KNOWN
-    t = loop.control[at.T]
     copy(loop.y[: nq + nv], own.before)
-    call_kernel(own.addresses[EVENTS + own.counts[IS_HELD]], t, loop.y, own.p, own.values)
-    energy = total_energy(loop, own)
-    row = own.log[own.counts[N_LOG]]
-    behind = row[FIRST_STATE + 2 * (nq + nv) :]
-    kept = behind[2:]
-    write_settings(kept, own)
-    was_closed = i < n_stops and own.p[own.closed[i]] != 0.0
-    if was_closed:
-        is_known = release(i, loop, own)
-    else:
-        is_known = strike(i, loop, own) if i < n_stops else settle(i - n_stops, loop, own)
-    if not is_known or not all_finite(loop.y, nq + nv):
-        copy(own.before, loop.y)
-        for j in range(n):
-            own.p[own.stuck[j]], own.p[own.sense[j]] = kept[j], kept[n + j]
-        for j in range(n_stops):
-            own.p[own.closed[j]] = kept[2 * n + j]
+    if event < n_own:
+        return act_on_own(event, loop, own)
+    i = event - n_own
+    if some_rest(loop, own):
         return NOT_KNOWN
-    was_stuck = sticks = changed = rests = False
-    for j in range(n):
-        was_stuck |= kept[j] != 0.0
-        sticks |= own.p[own.stuck[j]] != 0.0
-        changed |= kept[j] != own.p[own.stuck[j]] or kept[n + j] != own.p[own.sense[j]]
-    for j in range(n_stops):
-        rests |= own.p[own.closed[j]] != 0.0
-        changed |= kept[2 * n + j] != own.p[own.closed[j]]
-    note_gaps(kept[2 * n :], loop, own)
-    own.counts[IS_HELD] = 1 if sticks or rests else 0
-    change = total_energy(loop, own) - energy
-    row[EVENT], row[TIME], row[CHANGE], row[NEXT_FRAME] = event, t, change, loop.counters[at.NEXT_FRAME]
-    copy(own.before, row[FIRST_STATE : FIRST_STATE + nq + nv])
-    copy(loop.y[: nq + nv], row[FIRST_STATE + nq + nv : FIRST_STATE + 2 * (nq + nv)])
-    behind[0] = loop.y[nq + nv] + own.sums[0] if loop.sizes[at.NW] > 0 else math.nan
-    if i < n_stops:
-        behind[1] = OPENS if was_closed else STRIKES
+    find_events(loop.control[at.T], loop.y, loop, own, own.values)
+    energy = total_energy(loop, own)
+    write_settings(own.kept, own)
+    was_held = is_held(i, own)
+    if i >= n_stops:
+        is_known = settle(i - n_stops, loop, own)
     else:
-        behind[1] = SLIPS if was_stuck else STICKS if sticks else TURNS
-    write_settings(kept, own)
-    own.counts[N_LOG] += 1
-    own.sums[0] += change
-    arm(event if not (was_stuck or sticks or was_closed or rests) else -1, loop, own)
+        is_known = release(i, loop, own) if was_held else strike(i, loop, own)
+    if not is_known or not all_finite(loop.y, nq + nv):
+        put_back(loop, own)
+        return NOT_KNOWN
+    note_gaps(loop, own)
+    own.counts[IS_HELD] = 0
+    for k in range(n_stops + n):
+        if is_held(k, own):
+            own.counts[IS_HELD] = 1
+    holds = is_held(i, own)
+    if i < n_stops:
+        what = OPENS if was_held else STRIKES
+    else:
+        what = SLIPS if was_held else STICKS if holds else TURNS
+    changed = have_changed(own)
+    end_row(event, total_energy(loop, own) - energy, what, loop, own)
+    arm(event if not (was_held or holds) else -1, loop, own)
     return OTHER_SETTINGS if changed else GOES_ON
 
 
 @jitted
-def others_are_free(but, loop, own):
-    """Whether no stop is closed and no friction is held but perhaps one."""
-    ne, n_stops, n = loop.sizes[at.NE], own.closed.shape[0], own.stuck.shape[0]
-    for i in range(n_stops):
-        if i != but and own.p[own.closed[i]] != 0.0:
+def act_on_own(event, loop, own):
+    """Act on an event of the model's own: one that records, or resets where nothing is held or touches behind it."""
+    nq, nv, t = loop.sizes[at.NQ], loop.sizes[at.NV], loop.control[at.T]
+    something_held, action = own.counts[IS_HELD] != 0, own.actions[event]
+    if something_held and (action != RECORDS or own.counts[MAY_JUMP]):
+        return NOT_KNOWN
+    find_events(t, loop.y, loop, own, own.values)
+    if own.counts[MAY_JUMP] and has_jumped(event, loop, own):
+        return NOT_KNOWN
+    if action == RECORDS:
+        write_settings(own.kept, own)
+        note_gaps(loop, own)
+        end_row(event, 0.0, 0, loop, own)
+        loop.counters[at.F_VALID] = 0
+        renew_bands(event, loop, own)
+        return GOES_ON_AS_IT_WAS
+    if action != RESETS:
+        return NOT_KNOWN
+    energy, against = total_energy(loop, own), moves_against(event, loop, own)
+    for j in range(nq + nv):
+        own.moved[j] = 0.0
+    call_kernel(own.addresses[FIRST_RESET + event], t, own.before, loop.p, own.moved)
+    if not all_finite(own.moved, nq + nv):
+        return NOT_KNOWN
+    write_settings(own.kept, own)
+    copy(own.moved, loop.y)
+    find_rows(t, loop.y, own)
+    if some_rest(loop, own) or not are_open(-1, loop, own) or not slide(-1, loop, own):
+        put_back(loop, own)
+        return NOT_KNOWN
+    note_gaps(loop, own)
+    changed = have_changed(own)
+    end_row(event, total_energy(loop, own) - energy, 0, loop, own)
+    arm(event, loop, own)
+    if look_for_pile(event, against, loop, own):
+        return PILES_UP
+    return OTHER_SETTINGS if changed else GOES_ON
+
+
+@jitted
+def put_back(loop, own):
+    """Undo what was changed of the state and the settings."""
+    n = own.stuck.shape[0]
+    copy(own.before, loop.y)
+    for j in range(n):
+        own.p[own.stuck[j]], own.p[own.sense[j]] = own.kept[j], own.kept[n + j]
+    for j in range(own.closed.shape[0]):
+        own.p[own.closed[j]] = own.kept[2 * n + j]
+    if own.counts[IS_HELD] == 0:
+        share(loop.p, own.addresses[SETUP], own)
+    else:
+        share(own.held_p, own.addresses[HELD_SETUP], own)
+
+
+@jitted
+def have_changed(own):
+    """Whether the settings are others."""
+    n = own.stuck.shape[0]
+    for j in range(n):
+        if own.kept[j] != own.p[own.stuck[j]] or own.kept[n + j] != own.p[own.sense[j]]:
+            return True
+    for j in range(own.closed.shape[0]):
+        if own.kept[2 * n + j] != own.p[own.closed[j]]:
+            return True
+    return False
+
+
+@jitted
+def end_row(event, change, what, loop, own):
+    """Write a row of the log, and add to the energy that events have added."""
+    n, row = own.before.shape[0], own.log[own.counts[N_LOG]]
+    behind = row[FIRST_STATE + 2 * n :]
+    row[EVENT], row[TIME], row[CHANGE] = event, loop.control[at.T], change
+    row[NEXT_FRAME] = loop.counters[at.NEXT_FRAME]
+    copy(own.before, row[FIRST_STATE : FIRST_STATE + n])
+    copy(loop.y[:n], row[FIRST_STATE + n : FIRST_STATE + 2 * n])
+    behind[0], behind[1] = math.nan, what
+    if event >= own.actions.shape[0] and loop.sizes[at.NW] > 0:
+        behind[0] = loop.y[n] + own.sums[RESET_ENERGY]
+    write_settings(behind[2:], own)
+    own.counts[N_LOG] += 1
+    own.sums[RESET_ENERGY] += change
+
+
+@jitted
+def share(p, setup, own):
+    """Let a form know the settings: what it has worked out of `p`, and the code that does so, or 0."""
+    copy(own.p, p)
+    if setup != 0:
+        call_kernel(setup, 0.0, p, p, p[own.p.shape[0] :])
+
+
+@jitted
+def find_events(t, y, loop, own, values):
+    """Write the event functions of the form that applies to `values`."""
+    if own.counts[IS_HELD]:
+        call_kernel(own.addresses[HELD_EVENTS], t, y, own.held_p, values)
+    else:
+        call_kernel(own.addresses[EVENTS], t, y, loop.p, values)
+
+
+@jitted
+def is_held(k, own):
+    """Whether a stop is closed, or a friction, numbered behind the stops, sticks."""
+    n_stops = own.closed.shape[0]
+    return own.p[own.closed[k] if k < n_stops else own.stuck[k - n_stops]] != 0.0
+
+
+@jitted
+def others_are_free(but, own):
+    """Whether nothing is held but perhaps one."""
+    for k in range(own.speeds.shape[0]):
+        if k != but and is_held(k, own):
             return False
+    return True
+
+
+@jitted
+def some_rest(loop, own):
+    """Whether a friction rests since others hold it."""
+    ne, n = loop.sizes[at.NE], own.stuck.shape[0]
     for j in range(n):
         if math.isinf(loop.control[at.N_CONTROL + at.BAND * ne + ne - n + j]):
-            return False  # it rests since others hold it
-        if n_stops + j != but and own.p[own.stuck[j]] != 0.0:
+            return True
+    return False
+
+
+@jitted
+def is_apart(i, loop, own):
+    """Whether what else is held has nothing to do with a row, to the last bit, and is far from letting go.
+
+    Then that stays held, whatever becomes of the row, which does what it would do if nothing were. `values` are those
+    of the events: the force of a closed stop, and what a friction that sticks could still take.
+    """
+    n, nv = own.speeds.shape[0], loop.sizes[at.NV]
+    for k in range(n):
+        if k == i or not is_held(k, own):
+            continue
+        if own.compliance[i, k] != 0.0 or own.compliance[k, i] != 0.0:
+            return False
+        small = 2.0 * max(rounded(k, nv, own), UNDECIDED * largest_free(k, own))
+        if not own.compliance[k, k] * own.values[own.values.shape[0] - n + k] > small:
             return False
     return True
 
@@ -261,22 +422,15 @@ def write_settings(values, own):
 
 
 @jitted
-def note_gaps(were_closed, loop, own):
+def note_gaps(loop, own):
     """Take note of how low gaps have been since the last time, those that were open."""
     ne, n_stops = loop.sizes[at.NE], own.closed.shape[0]
     first, n_own = at.N_CONTROL + at.LOWEST * ne, ne - n_stops - own.stuck.shape[0]
     for i in range(n_stops):
-        if were_closed[i] == 0.0:
+        if own.kept[2 * own.stuck.shape[0] + i] == 0.0:
             own.lowest[i] = min(own.lowest[i], loop.control[first + n_own + i])
     for e in range(ne):
         loop.control[first + e] = math.inf
-
-
-@jitted
-def total_energy(loop, own):
-    """Return T + V at the present state."""
-    call_kernel(own.addresses[ENERGY], loop.control[at.T], loop.y, own.p, own.energy)
-    return own.energy[0] + own.energy[1]
 
 
 @jitted
@@ -291,9 +445,9 @@ def settle(k, loop, own):
     if not are_open(-1, loop, own) or not slide(k, loop, own):
         return False
     own.p[own.stuck[k]] = own.p[own.sense[k]] = 0.0
-    if not find_dynamics(loop.control[at.T], loop.y, nv, own):
+    if not find_dynamics(loop.control[at.T], loop.y, loop, own):
         return False
-    if not own.compliance[i, i] > LED * alone(i, nv, own):
+    if not own.compliance[i, i] > LED * alone(i, nv, own) or not is_apart(i, loop, own):
         return False
     speed, compliance = own.speeds[i], own.compliance[i, i]
     for j in range(nv):
@@ -307,31 +461,32 @@ def settle(k, loop, own):
         own.p[own.stuck[k]] = 1.0
         for j in range(nv):
             loop.y[nq + j] += own.change[j] * -(speed * (1.0 / compliance))
-        call_kernel(own.addresses[EVENTS + 1], loop.control[at.T], loop.y, own.p, own.other)
-        return all_finite(own.other, own.other.shape[0])
+        return can_be_held(loop, own)
     own.p[own.sense[k]] = onset
     return was_stuck or onset != sense
 
 
 @jitted
 def are_open(but, loop, own):
-    """Whether all gaps but one are more than what tolerances leave open."""
+    """Whether all gaps that are not closed, but one, are more than what tolerances leave open."""
     n_stops = own.closed.shape[0]
     if n_stops == 0:
         return True
-    call_kernel(own.addresses[SWITCHES], loop.control[at.T], loop.y, own.p, own.switches)
+    call_kernel(own.addresses[SWITCHES], loop.control[at.T], loop.y, loop.p, own.switches)
     for i in range(n_stops):
-        if i != but and not own.switches[2 * i] > gap_tolerance(i, loop, own):
+        if i == but or own.p[own.closed[i]] != 0.0:
+            continue
+        if not own.switches[2 * i] > gap_tolerance(i, loop, own):
             return False
     return True
 
 
 @jitted
 def slide(but, loop, own):
-    """Let all frictions but one slide as they do, if all of them do clearly; whether they do."""
+    """Let all frictions that do not stick, but one, slide as they do, if all of them do clearly; whether they do."""
     n_stops = own.closed.shape[0]
     for j in range(own.stuck.shape[0]):
-        if j != but:
+        if j != but and own.p[own.stuck[j]] == 0.0:
             if not abs(own.speeds[n_stops + j]) > slow(n_stops + j, loop, own):
                 return False
             own.p[own.sense[j]] = sign(own.speeds[n_stops + j])
@@ -345,7 +500,7 @@ def strike(i, loop, own):
     Frictions of given size are bounded forces, and take no part. Returns whether that is all that happens.
     """
     nq, nv, t = loop.sizes[at.NQ], loop.sizes[at.NV], loop.control[at.T]
-    if not find_dynamics(t, loop.y, nv, own) or not are_open(i, loop, own):
+    if not find_dynamics(t, loop.y, loop, own) or not are_open(i, loop, own) or not is_apart(i, loop, own):
         return False
     closing, restitution = own.speeds[i], own.switches[2 * i + 1]
     if not (closing < 0.0 and 0.0 <= restitution <= 1.0) or not own.compliance[i, i] > LED * alone(
@@ -356,7 +511,7 @@ def strike(i, loop, own):
     for j in range(nv):
         loop.y[nq + j] += own.response[i, j] * impulse
     find_rows(t, loop.y, own)
-    if not slide(-1, loop, own) or not find_dynamics(t, loop.y, nv, own):
+    if not slide(-1, loop, own) or not find_dynamics(t, loop.y, loop, own):
         return False
     # Whether it opens so far that the run sees it: `Holding._landed`.
     free, speed = own.free[i], own.speeds[i]
@@ -377,7 +532,14 @@ def rest(i, loop, own):
     impulse = -own.speeds[i] / own.compliance[i, i]
     for j in range(nv):
         loop.y[nq + j] += own.response[i, j] * impulse
-    call_kernel(own.addresses[EVENTS + 1], loop.control[at.T], loop.y, own.p, own.other)
+    return can_be_held(loop, own)
+
+
+@jitted
+def can_be_held(loop, own):
+    """Whether the forces of what is held are known: `EventActions._check_forces`."""
+    share(own.held_p, own.addresses[HELD_SETUP], own)
+    call_kernel(own.addresses[HELD_EVENTS], loop.control[at.T], loop.y, own.held_p, own.other)
     return all_finite(own.other, own.other.shape[0])
 
 
@@ -395,19 +557,34 @@ def release(i, loop, own):
     """Open a stop whose force has come to zero; whether that is all that happens: `Holding._settle_stops`."""
     nv, t = loop.sizes[at.NV], loop.control[at.T]
     find_rows(t, loop.y, own)
-    if not slide(-1, loop, own) or not find_dynamics(t, loop.y, nv, own) or not are_open(i, loop, own):
+    if not slide(-1, loop, own) or not find_dynamics(t, loop.y, loop, own) or not are_open(i, loop, own):
         return False
     free, speed = own.free[i], own.speeds[i]
+    if not is_apart(i, loop, own):
+        return False
     if not own.compliance[i, i] > LED * alone(i, nv, own) or is_closing(speed, loop, own):
         return False
     small, size = UNDECIDED * largest_free(i, own), abs(free)
     if not size > small:
-        return False  # it neither presses nor opens: what it does a moment later tells
+        if not opens_soon(i, loop, own):
+            return False
+        own.p[own.closed[i]] = 0.0
+        return True
     lands = max(speed, 0.0) ** 2 <= 2.0 * size * gap_tolerance(i, loop, own)
     if free < 0.0 and not (lands and size <= rounded(i, nv, own)):
         return False  # it presses on
     own.p[own.closed[i]] = 0.0
     return True
+
+
+@jitted
+def opens_soon(i, loop, own):
+    """Whether a stop that neither presses nor opens does open a moment later: `Holding._about_to_press`."""
+    free, least = own.free[i], CHANGES * largest_free(i, own)
+    if not abs(own.speeds[i]) <= slow(i, loop, own):
+        return False
+    t = look_ahead(i, 0.0, loop, own)
+    return find_dynamics(t, own.moved, loop, own) and own.free[i] - free > least
 
 
 @jitted
@@ -450,16 +627,17 @@ def find_rows(t, y, own):
 
 
 @jitted
-def find_dynamics(t, y, nv, own):
+def find_dynamics(t, y, loop, own):
     """Write what `LocalDynamics` knows at a state to the arrays; whether all of it is finite."""
-    n = own.speeds.shape[0]
+    nv, n = loop.sizes[at.NV], own.speeds.shape[0]
     find_rows(t, y, own)
+    share(loop.p, own.addresses[SETUP], own)
     for i in range(nv * nv):
         own.mass[i] = 0.0  # structural zeros are not written, and factors fill them
     for i in range(nv):
         own.rates[i] = 0.0
-    call_kernel(own.addresses[MASS], t, y, own.p, own.mass)
-    call_kernel(own.addresses[FORCES], t, y, own.p, own.rates)
+    call_kernel(own.addresses[MASS], t, y, loop.p, own.mass)
+    call_kernel(own.addresses[FORCES], t, y, loop.p, own.rates)
     call_kernel(own.addresses[GAMMA], t, y, own.everything, own.gamma)
     for i in range(nv):
         own.inertia[i] = own.mass[i * nv + i]
@@ -508,7 +686,7 @@ def onset_of(k, loop, own):
     """Return in which direction a friction begins to slide, 0 where it sticks: `LoneFriction._onset`."""
     i = own.closed.shape[0] + k
     free, compliance = own.free[i], own.compliance[i, i]
-    most = level(k, loop.control[at.T], loop.y, own)
+    most = level(k, loop.control[at.T], loop.y, loop, own)
     force = min(max(-free / compliance, -most), most)
     pull = free + compliance * force
     small = UNDECIDED * largest_free(i, own)
@@ -516,14 +694,12 @@ def onset_of(k, loop, own):
     if abs(pull) <= max(small, balanced) and abs(force) < (1.0 - 2.0 * LIMIT_ROUNDED) * most:
         return 0.0
     if abs(pull) <= small:  # at its limit, which it may be about to leave on either side
-        ahead = LITTLE * find_moment(i, force, loop, own)
-        nq, nv, t = loop.sizes[at.NQ], loop.sizes[at.NV], loop.control[at.T] + ahead
-        for j in range(nv):
-            own.moved[j] = loop.y[j] + ahead * loop.y[nq + j]
-            own.moved[nq + j] = loop.y[nq + j] + ahead * own.slope[j]
-        if not find_dynamics(t, own.moved, nv, own) or not own.compliance[i, i] > 0.0:
+        if not others_are_free(i, own) and own.held_p[own.stuck[k]] == 0.0:
+            return math.nan  # what moves beside it under this force is not known
+        t = look_ahead(i, force, loop, own)
+        if not find_dynamics(t, own.moved, loop, own) or not own.compliance[i, i] > 0.0:
             return math.nan
-        most = level(k, t, own.moved, own)
+        most = level(k, t, own.moved, loop, own)
         force = min(max(-own.free[i] / own.compliance[i, i], -most), most)
         if abs(force) < (1.0 - 2.0 * LIMIT_ROUNDED) * most:
             return 0.0
@@ -531,9 +707,9 @@ def onset_of(k, loop, own):
 
 
 @jitted
-def level(k, t, y, own):
+def level(k, t, y, loop, own):
     """Return how large a friction can be that sticks."""
-    call_kernel(own.addresses[SWITCHES], t, y, own.p, own.switches)
+    call_kernel(own.addresses[SWITCHES], t, y, loop.p, own.switches)
     return max(own.switches[2 * own.closed.shape[0] + 3 * k + 2], 0.0)
 
 
@@ -567,19 +743,40 @@ def largest_free(k, own):
 
 
 @jitted
-def find_moment(k, force, loop, own):
-    """Return the time in which the motion changes under a force: `LocalDynamics.moment`.
+def look_ahead(i, force, loop, own):
+    """Write the state a moment later, with a force in a row, to `moved`; returns its time: `Instant._later`."""
+    nq, nv = loop.sizes[at.NQ], loop.sizes[at.NV]
+    find_change(i, force, loop, own)
+    ahead = LITTLE * find_moment(loop, own)
+    for j in range(nv):
+        own.moved[j] = loop.y[j] + ahead * loop.y[nq + j]
+        own.moved[nq + j] = loop.y[nq + j] + ahead * own.slope[j]
+    return loop.control[at.T] + ahead
 
-    Its accelerations, but for those that are balanced, are written to `slope`.
+
+@jitted
+def find_change(i, force, loop, own):
+    """Write the accelerations with a force in a row to `slope`, but for those that are balanced.
+
+    Where others are held, those of the form that applied up to here, in which the row has this force.
     """
-    nv, n = loop.sizes[at.NV], own.part.shape[0]
-    largest = 0.0
+    nq, nv, largest = loop.sizes[at.NQ], loop.sizes[at.NV], 0.0
     for j in range(nv):
         largest = max(largest, abs(own.rates[j]))
+    alone = others_are_free(i, own)
+    if not alone:
+        call_kernel(own.addresses[HELD_RHS], loop.control[at.T], loop.y, own.held_p, own.held_row)
     for j in range(nv):
-        change = own.rates[j] + own.response[k, j] * force
+        change = own.rates[j] + own.response[i, j] * force if alone else own.held_row[nq + j]
         own.slope[j] = change if abs(change) > ROUNDED * largest else 0.0
-        own.slope[nv + j] = 0.0  # whether some friction moves it, or is made of it
+
+
+@jitted
+def find_moment(loop, own):
+    """Return the time in which the motion changes under the accelerations `slope`: `LocalDynamics.moment`."""
+    nv, n = loop.sizes[at.NV], own.part.shape[0]
+    for j in range(nv):
+        own.slope[nv + j] = 0.0  # whether some stop or friction moves it, or is made of it
     least = math.inf
     for i in range(n):
         find_part(i, own)
@@ -620,31 +817,43 @@ def find_floor(loop, own):
     """Write event functions to `g`, what of them is round-off to `floor`: `event_actions.event_values_and_floor`."""
     held, ne, n, t = own.counts[IS_HELD], loop.sizes[at.NE], own.before.shape[0], loop.control[at.T]
     relative = ROUND_OFF * (ON_CONSTRAINTS if held else 1.0)
-    dt, events = relative * abs(t), own.addresses[EVENTS + held]
-    call_kernel(events, t, loop.y, own.p, own.g)
+    dt = relative * abs(t)
+    find_events(t, loop.y, loop, own, own.g)
     for e in range(ne):
         own.floor[e] = 0.0
     if held:
-        call_kernel(own.addresses[RHS + 1], t, loop.y, own.p, own.held_row)
+        call_kernel(own.addresses[HELD_RHS], t, loop.y, own.held_p, own.held_row)
         copy(own.held_row[:n], own.slope)
     else:
-        call_kernel(own.addresses[RHS], t, loop.y, own.p, own.free_row)
-        copy(own.free_row[:n], own.slope)
+        call_kernel(own.addresses[RHS], t, loop.y, loop.p, own.row)
+        copy(own.row[:n], own.slope)
     copy(loop.y[:n], own.moved)
-    call_kernel(events, t + dt, own.moved, own.p, own.other)
+    find_events(t + dt, own.moved, loop, own, own.other)
     add_change(own)
     for j in range(n):
         own.moved[j] = loop.y[j] + relative * abs(loop.y[j])
-        call_kernel(events, t, own.moved, own.p, own.other)
+        find_events(t, own.moved, loop, own, own.other)
         add_change(own)
         own.moved[j] = loop.y[j]
     for j in range(n):
         own.moved[j] = loop.y[j] + dt * own.slope[j]
-    call_kernel(events, t + dt, own.moved, own.p, own.other)
+    find_events(t + dt, own.moved, loop, own, own.other)
     add_change(own)
     for e in range(ne):
         if not math.isfinite(own.floor[e]):
             own.floor[e] = 0.0
+
+
+@jitted
+def renew_bands(event, loop, own):
+    """Find anew what of the event functions is as good as zero: `event_actions.renew_bands`."""
+    ne = loop.sizes[at.NE]
+    find_floor(loop, own)
+    for e in range(ne):
+        loop.control[at.N_CONTROL + at.FLOOR * ne + e] = own.floor[e]
+        if not math.isinf(loop.control[at.N_CONTROL + at.BAND * ne + e]):
+            past = abs(own.g[e]) if e == event else 0.0
+            loop.control[at.N_CONTROL + at.BAND * ne + e] = own.floor[e] + past
 
 
 @jitted
@@ -657,7 +866,12 @@ def arm(moved, loop, own):
         The event that has fired, if its function is the same as before; else -1.
     """
     ne, n_stops, n = loop.sizes[at.NE], own.closed.shape[0], own.speeds.shape[0]
+    if own.counts[IS_HELD]:
+        share(own.held_p, own.addresses[HELD_SETUP], own)
+    else:
+        share(loop.p, own.addresses[SETUP], own)
     find_floor(loop, own)
+    heading = heading_of(moved, loop, own) if 0 <= moved and moved < ne - n else 0.0
     find_rows(loop.control[at.T], loop.y, own)
     for e in range(ne):
         side_at = at.N_CONTROL + at.SIDE * ne + e
@@ -665,6 +879,10 @@ def arm(moved, loop, own):
         if abs(own.values[e]) > CLEAR * floor:
             lean = 0.0
         band = floor
+        if e == moved and i < 0:
+            # A reset may carry its own function away, from where it comes again.
+            band += min(abs(g), abs(own.values[e]))
+            lean = heading
         if 0 <= i and own.p[own.closed[i] if i < n_stops else own.stuck[i - n_stops]] == 0.0:
             lean = 1.0
             sunk = max(0.0, -g)
@@ -691,10 +909,6 @@ def restart(loop, own):
 @jitted
 def take_form(loop, form, own):
     """Let the loop of a form go on from here: `LoopArrays.change_form`."""
-    n_p = own.p.shape[0]
-    if own.addresses[SETUP + form] != 0:
-        copy(own.p, loop.p)
-        call_kernel(own.addresses[SETUP + form], 0.0, loop.y, loop.p, loop.p[n_p:])
     for i in range(loop.f.shape[0]):
         loop.f[i] = 0.0
     for i in range(loop.work.shape[0]):
@@ -705,7 +919,7 @@ def take_form(loop, form, own):
 
 
 @jitted
-def expect(loop, own):
+def expect(loop, own, sizing):
     """Tell the guard how large rows of G are near here: `kkt.Lease.expect`."""
     nq, nv, n_stops, n = loop.sizes[at.NQ], loop.sizes[at.NV], own.closed.shape[0], own.speeds.shape[0]
     copy(own.largest, own.sizes)
@@ -716,6 +930,7 @@ def expect(loop, own):
     for j in range(nv):
         size = 1.0 if own.groups[j] == ANGLE else own.sizes[own.groups[j]]
         of_rates[j] = size if size > 0.0 else 1.0
+    fit_sizes(own.addresses[RESIDUAL], loop.control[at.T], loop.y[:nq], own.p, of_rates, sizing)
     fill_row_weights(
         own.addresses[ROWS], loop.control[at.T], loop.y[:nq], loop.p, own.steps, own.places, own.position, own.rows,
         own.weights, own.squares,
