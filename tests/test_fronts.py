@@ -70,6 +70,15 @@ def compiled(plan):
     )
 
 
+def test_chain_is_eliminated_from_both_ends():
+    """No front waits for the one right before it, up to where both sides meet."""
+    plan = fronts.plan([{j for j in (i - 2, i - 1, i + 1, i + 2) if 0 <= j < 60} for i in range(60)])
+    records = [plan.table[r : r + front_ldl.RECORD] for r in plan.table[: plan.n_fronts]]
+    waits = [before[3] == after[0] for before, after in zip(records, records[1:])]
+    assert len(waits) > 8
+    assert not any(waits[:-2])
+
+
 @pytest.mark.parametrize("pattern", PATTERNS)
 def test_solution_of_both_forms(pattern):
     K = matrix(pattern)
@@ -118,17 +127,49 @@ def test_right_hand_sides_that_are_there(between, early):
 
 @pytest.mark.parametrize("pattern", PATTERNS)
 def test_ratio_is_the_smallest_relative_pivot(pattern):
-    """In the order of elimination that the table says: D of LDLᵀ over the diagonal."""
+    """In the order of elimination that the table says: D of LDLᵀ over the diagonal, as often as it counts."""
     K = matrix(pattern, seed=2)
     plan, a = planned(K)
-    order = []
+    order, times = [], []
     for r in plan.table[: plan.n_fronts]:
-        order += plan.table[r + 5 : r + 5 + plan.table[r + 2]]
+        order += plan.table[r + front_ldl.RECORD : r + front_ldl.RECORD + plan.table[r + 2]]
+        times += [plan.table[r + 5]] * plan.table[r + 2]
     assert sorted(order) == list(range(len(K)))
     lower = np.linalg.cholesky(-K[np.ix_(order, order)])
     a = a.tolist()
     front_ldl.factor_fronts(a, plan.table, plan.n_fronts)
-    assert a[-1] == pytest.approx(min(1.0, *(np.diag(lower) ** 2 / -np.diag(K)[order])), rel=1e-10)
+    assert a[-1] == pytest.approx(min(1.0, *(times * np.diag(lower) ** 2 / -np.diag(K)[order])), rel=1e-10)
+
+
+def pins_in_line(n, ends):
+    """Of n bodies in line and of one mass, pinned to each other: what pins give way by along the line.
+
+    Entries are G M⁻¹ Gᵀ for the forces in the pins: two bodies move at a pin, one at the first pin, which is to the
+    ground; of two `ends`, the last body is pinned to the ground as well.
+    """
+    m = n + ends - 1
+    K = np.diag(np.full(m, -2.0)) + np.diag(np.ones(m - 1), 1) + np.diag(np.ones(m - 1), -1)
+    K[0, 0] = -1.0
+    if ends == 2:
+        K[-1, -1] = -1.0
+    return K
+
+
+def ratio_of(K):
+    plan, a = planned(K)
+    a = a.tolist()
+    front_ldl.factor_fronts(a, plan.table, plan.n_fronts)
+    return a[-1]
+
+
+@pytest.mark.parametrize("n", [60, 500])
+def test_ratio_tells_a_dead_point_from_a_long_chain(n):
+    """A pivot where both sides of a chain meet is 1/n of what it was at first, and nothing is held twice."""
+    assert ratio_of(pins_in_line(n, ends=1)) > 0.1
+    for part, limit in ((1e-6, 1e-3), (1e-12, 1e-9)):
+        held = pins_in_line(n, ends=2)
+        held[n // 3, n // 3] *= 1.0 + part  # not quite in line
+        assert ratio_of(held) < limit
 
 
 def test_ratio_of_a_singular_matrix_is_zero_or_no_number():
@@ -166,6 +207,7 @@ def test_tables_that_would_leave_the_arrays_are_refused():
         (record + 1, 40),
         (record + 2, 0),
         (record + 4, 0),
+        (record + 5, 0),
     ):
         wrong = list(plan.table)
         wrong[place] = value

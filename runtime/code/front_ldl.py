@@ -16,15 +16,16 @@ from symgen.runtime.graph.form import OUT, Name, Solve, Statement, Write
 FACTOR_FORWARD, BACKWARD = "factor_and_forward", "backward"
 SOLVERS = {"factor_fronts": 1, "solve_fronts": 2}  # and how many arrays their calls begin with
 LARGEST_WRITTEN_OUT = 8  # rows of a front
-RECORD = 5  # numbers of a front's record before its rows
+RECORD = 6  # numbers of a front's record before its rows
 
 
 def factor_fronts(a, s, n):
     """Factorise a sparse symmetric matrix by n fronts: U^T D of the rows that each eliminates, 1/d on the diagonal.
 
     s begins with the place of each front's record: place in a, rows, how many of these it eliminates, place and rows
-    of the front that takes what is left, the number of each row, and the rows that what is left has there. Behind
-    each front, a has the diagonal of its pivots as it was; behind all, it gets the smallest pivot relative to that.
+    of the front that takes what is left, how many times its pivots count, the number of each row, and the rows that
+    what is left has there. Behind each front, a has the diagonal of its pivots as it was; behind all, it gets the
+    smallest pivot relative to that.
     """
     ratio = 1.0
     end = 0
@@ -35,7 +36,7 @@ def factor_fronts(a, s, n):
         pivots = s[r + 2]
         for p in range(pivots):
             row = f + p * size
-            q = a[row + p] / a[f + size * size + p]
+            q = s[r + 5] * (a[row + p] / a[f + size * size + p])
             if q < ratio or q != q:
                 ratio = q
             d = 1.0 / a[row + p]
@@ -44,7 +45,7 @@ def factor_fronts(a, s, n):
                 c = d * a[row + i]
                 for j in range(i, size):
                     a[f + i * size + j] = a[f + i * size + j] - c * a[row + j]
-        m = r + 5 + size
+        m = r + 6 + size
         for i in range(pivots, size):
             row = s[r + 3] + s[m + i - pivots] * s[r + 4]
             for j in range(i, size):
@@ -61,10 +62,10 @@ def solve_fronts(a, b, s, n):
         size = s[r + 1]
         for p in range(s[r + 2]):
             row = s[r] + p * size
-            z = a[row + p] * b[s[r + 5 + p]]
-            b[s[r + 5 + p]] = z
+            z = a[row + p] * b[s[r + 6 + p]]
+            b[s[r + 6 + p]] = z
             for i in range(p + 1, size):
-                b[s[r + 5 + i]] = b[s[r + 5 + i]] - a[row + i] * z
+                b[s[r + 6 + i]] = b[s[r + 6 + i]] - a[row + i] * z
     for k in range(n - 1, -1, -1):
         r = s[k]
         size = s[r + 1]
@@ -72,8 +73,8 @@ def solve_fronts(a, b, s, n):
             row = s[r] + p * size
             z = 0.0
             for i in range(size - 1, p, -1):
-                z = z + a[row + i] * b[s[r + 5 + i]]
-            b[s[r + 5 + p]] = b[s[r + 5 + p]] - a[row + p] * z
+                z = z + a[row + i] * b[s[r + 6 + i]]
+            b[s[r + 6 + p]] = b[s[r + 6 + p]] - a[row + p] * z
 
 
 def is_known(text: str) -> bool:
@@ -88,8 +89,8 @@ def check(table: Sequence[int], n: int, n_values: int, n_rows: int | None = None
     ----------
     table : sequence of int
         First the place of each front's record; then the records: place in the fronts' array, rows, how many of these
-        the front eliminates, place and rows of the front that takes the rest, the number of each row, and the place
-        of each of the rest among the rows of that front.
+        the front eliminates, place and rows of the front that takes the rest, how many times its pivots count, the
+        number of each row, and the place of each of the rest among the rows of that front.
     n : int
         Number of fronts.
     n_values : int
@@ -103,11 +104,13 @@ def check(table: Sequence[int], n: int, n_values: int, n_rows: int | None = None
         record = table[table[k] : table[k] + RECORD]
         if len(record) < RECORD:
             return f"the record of front {k} does not lie in it"
-        place, size, pivots, parent, width = record
+        place, size, pivots, parent, width, times = record
         rest = size - pivots
         rows = table[table[k] + RECORD : table[k] + RECORD + size + rest]
         if not 1 <= pivots <= size or len(rows) != size + rest:
             return f"the record of front {k} is not complete"
+        if times < 1:
+            return f"the pivots of front {k} do not count"
         if place + size * size + pivots >= n_values or (rest and parent + width * width > n_values):
             return f"front {k} does not lie in the array"
         if any(x >= width for x in rows[size:]) or any(a >= b for a, b in zip(rows[size:], rows[size + 1 :])):
@@ -251,6 +254,11 @@ def _times(w: Writer, a: str, b: str) -> str:
     return w.new(f"mul nsw i64 {a}, {b}")
 
 
+def _times_counted(w: Writer) -> str:
+    """How many times the pivots of the front with the record %r count, as a number."""
+    return w.new(f"sitofp i64 {_at(w, '%r', 5)} to double")
+
+
 def _smaller(w: Writer, q: str, ratio: str) -> str:
     """q where it is smaller, or no number, else the ratio."""
     less, none = w.new(f"fcmp olt double {q}, {ratio}"), w.new(f"fcmp uno double {q}, {q}")
@@ -295,10 +303,10 @@ class _Factor(_Pass):
         front = w.place("%a", _at(w, "%r", 0))
         v = {(i, j): w.load(front, str(i * size + j)) for i in range(size) for j in range(i, size)}
         right = self.right_hand_side(w, size)
-        ratio = "%carried"
+        ratio, times = "%carried", _times_counted(w)
         for p in range(pivots):
             reference = w.load(front, str(size * size + p))
-            ratio = _smaller(w, w.new(f"fdiv double {v[p, p]}, {reference}"), ratio)
+            ratio = _smaller(w, w.fmul(times, w.new(f"fdiv double {v[p, p]}, {reference}")), ratio)
             d = w.new(f"fdiv double 1.0, {v[p, p]}")
             w.store(d, front, str(p * size + p))
             for i in range(p + 1, size):
@@ -321,7 +329,7 @@ class _Factor(_Pass):
 
     def any_front(self, w: Writer) -> str:
         f, size, pivots = (_at(w, "%r", k) for k in range(3))
-        references = w.add(f, _times(w, size, size))
+        references, times = w.add(f, _times(w, size, size)), _times_counted(w)
 
         def eliminate(width: int):
             """Pivots p, p + 1, …: each row below them is loaded and stored once for all."""
@@ -333,7 +341,7 @@ class _Factor(_Pass):
                     column = w.add(p, r)
                     pivot = w.load("%a", w.add(row, column))
                     reference = w.load("%a", w.add(references, column))
-                    ratio = _smaller(w, w.new(f"fdiv double {pivot}, {reference}"), ratio)
+                    ratio = _smaller(w, w.fmul(times, w.new(f"fdiv double {pivot}, {reference}")), ratio)
                     inverses.append(w.new(f"fdiv double 1.0, {pivot}"))
                     w.store(inverses[r], "%a", w.add(row, column))
                     for s in range(r + 1, width):
