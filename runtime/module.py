@@ -81,6 +81,15 @@ def check_header(header: Any) -> None:
     abi = _get(header, "abi", int, "")
     if abi != ABI:
         raise HeaderFault(f"the module has ABI {abi}, this run time reads ABI {ABI}")
+    for check in (
+        _check_fields, _check_facts, _check_options, _check_balances, _check_robot, _check_start, _check_marks,
+        _check_windings, _check_limits, _check_sizes, _check_subsystems, _check_switches, _check_sayings,
+    ):  # fmt: skip
+        check(header)
+
+
+def _check_fields(header: dict[str, Any]) -> None:
+    """What every header has: texts, counts, a name, and records of what the model consists of."""
     for key in _TEXTS:
         _get(header, key, str, "")
     for key in _COUNTS:
@@ -100,6 +109,10 @@ def check_header(header: Any) -> None:
     for index, body in enumerate(header["bodies"]):
         if "color" in body and not _COLOUR.fullmatch(_get(body, "color", str, f"bodies[{index}]")):
             raise HeaderFault(f"bodies[{index}]['color'] is {body['color']!r:.60}, expected '#rrggbb'")
+
+
+def _check_facts(header: dict[str, Any]) -> None:
+    """What is known of the equations and functions, and how the model wants to be run."""
     for flag in _FLAGS:
         _get(_get(header, "structure", dict, ""), flag, bool, "structure")
     for name in _get(header, "operations", dict, ""):
@@ -108,28 +121,29 @@ def check_header(header: Any) -> None:
     for name in _get(header, "hoisted", dict, "") if "hoisted" in header else ():
         if not 1 <= _get(header["hoisted"], name, int, "hoisted") <= _LARGEST:
             raise HeaderFault(f"hoisted[{name!r}] is {header['hoisted'][name]}, expected a count")
-    if header.get("starts", True) is not True:
-        raise HeaderFault(f"'starts' is {header['starts']!r:.60}, expected True")
-    if header.get("sensed", True) is not True:
-        raise HeaderFault(f"'sensed' is {header['sensed']!r:.60}, expected True")
+
+
+def _check_options(header: dict[str, Any]) -> None:
+    """What is missing where a model does without it."""
+    for key, only in (("starts", True), ("sensed", True), ("impacts", "sequential")):
+        if header.get(key, only) != only or type(header.get(key, only)) is not type(only):
+            raise HeaderFault(f"{key!r} is {header[key]!r:.60}, expected {only!r}")
     if any(name not in LATE for name in (_get(header, "late", list, "") if "late" in header else ())):
         raise HeaderFault(f"'late' is {header['late']!r:.60}, expected some of {', '.join(LATE)}")
     if "time_terms" in header and _get(header, "time_terms", int, "") < 1:
         raise HeaderFault(f"'time_terms' is {header['time_terms']}, expected a count")
+
+
+def _check_balances(header: dict[str, Any]) -> None:
+    """Which constraint gives the balance of a coordinate without inertia."""
     m, names = len(header["constraints"]), {record["name"] for record in header["coordinates"]}
     balances = _get(header, "balances", dict, "") if "balances" in header else {}
     if any(type(k) is not int or not 0 <= k < m or name not in names for name, k in balances.items()):
         raise HeaderFault(f"'balances' is {balances!r:.60}, expected constraints by coordinates")
-    _check_robot(header)
-    _check_start(header)
-    _check_marks(header)
-    _check_windings(header)
-    _check_limits(header)
-    _check_sizes(header)
-    _check_subsystems(header)
-    _check_switches(header)
-    if header.get("impacts", "sequential") != "sequential":
-        raise HeaderFault(f"'impacts' is {header['impacts']!r:.60}, expected 'sequential'")
+
+
+def _check_sayings(header: dict[str, Any]) -> None:
+    """What events say when they act: plain text."""
     for index, event in enumerate(header["events"]):
         if event["action"] != JUMP and "says" not in event:
             continue
