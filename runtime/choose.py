@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from symgen.runtime.system import System
 
 kkt = Late("symgen.runtime.constraints.kkt")
+method_look = Late("symgen.runtime.method_look")
 at_start = Late("symgen.runtime.contact.at_start")
 dependence = Late("symgen.runtime.constraints.dependence")
 forms = Late("symgen.runtime.integrate.forms")
@@ -36,8 +37,10 @@ SERIES, EXPLICIT, STIFF, STIFF_TIGHT = "taylor", "dop853", "radau5", "radau9"
 # Operations of the residual: series of larger models take many seconds to compile, which tight tolerances repay sooner.
 LARGEST_FOR_SERIES, _LARGEST_WHERE_TIGHT = 1500, 3000
 _DEARER = "Taylor series of a model of {} operations pay at tighter tolerances only"
-# How much longer series may take by a guess, or how much shorter, for it to be worth to make one and look.
+# How much longer series may take by a guess, or how much shorter, for it to be worth to make one and look; and by what
+# the series is made of, for it to be worth to look at steps (`method_look.py`).
 _CLEAR = 1.6
+_LOOSEST_LOOKED_AT = 2e-4  # what is more accurate than asked for at looser tolerances repays nobody
 # Series with friction in proportion to reactions begin with what `rhs` computes; operations of it that take as long to
 # compile as one of the residual, which every order needs.
 _RHS_FOR_RESIDUAL = 6
@@ -129,9 +132,17 @@ def objection_to_series(system: System, p: np.ndarray, t: float, state: np.ndarr
         return _DEARER.format(operations)
     if reason := _misfit(system, p, t, state):
         return reason
-    if guess > 1.0 / _CLEAR and step_costs.time_ratio(system, rtol, _costs_of_series(system)) > 1.0:
+    if guess > 1.0 / _CLEAR**2 and _are_dearer(system, rtol):
         return _DEARER.format(operations)
     return _left_out(system, p, t, state)  # last, as it takes longest to say
+
+
+def _are_dearer(system: System, rtol: float) -> bool:
+    """Whether series take longer than an explicit method, as what they are made of says, and some steps of both."""
+    ratio = step_costs.time_ratio(system, rtol, _costs_of_series(system))
+    if 1.0 / _CLEAR < ratio < _CLEAR and rtol < _LOOSEST_LOOKED_AT:
+        ratio *= method_look.time_factor(system, rtol)
+    return ratio > 1.0
 
 
 def _costs_of_series(system: System) -> step_costs.Costs:

@@ -74,12 +74,22 @@ def time_ratio(system: System, rtol: float, costs: Costs | None = None) -> float
         _CYCLE * rhs.latency * order, _OPERATION_OF_SERIES * operations * (1.0 + operations / _CACHED)
     )
     stage = _STAGE + _STAGE_BY_STATE * system.ny + math.hypot(_CYCLE * rhs.latency, _OPERATION * rhs.work)
-    step_ratio = (of_series + _PROJECTION_OF_SERIES * projection) / (
+    step_time = (of_series + _PROJECTION_OF_SERIES * projection) / (
         _STAGES * stage + _PROJECTION * projection
     )
+    return step_time * step_ratio(rtol)
+
+
+def step_ratio(rtol: float) -> float:
+    """Return the steps of `taylor` for one of `dop853`, both with the same error at the end, as models have on average.
+
+    Parameters
+    ----------
+    rtol : float
+    """
     x = -math.log10(max(rtol, series.EPS)) - 2.0
     a, b, c = _MORE_STEPS
-    return step_ratio * math.exp(a - x * (b + c * x))
+    return math.exp(a - x * (b + c * x))
 
 
 def _operations(costs: Costs, order: int) -> float:

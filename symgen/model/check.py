@@ -48,7 +48,7 @@ from .items import (
 from .joint_tree import coordinates_in, motion_of, moved_by
 from .joint_types import TYPES
 from .printing import shortened
-from .requirements import is_massless, limits
+from .requirements import is_massless
 from .rolling import check_rolling
 from .rotors import check_rotors
 from .sensors import with_sensors
@@ -292,12 +292,12 @@ def finished(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Desc
         checker.check_role(item, checker.dependence(item))
     check_velocity_constraints(d, sources)
     check_contacts(d, sources)
-    check_values.check_values(d, sources)
+    limits = check_values.check_values(d, sources)
     full = expand(d, sources, kinds)
     checker.add_axes(full)
     found = [(item, checker.written_out(item).coordinates) for item in items(full)]
     balanced = check_mentions(full, sources, found, checker.moved)
-    full = replace(full, balanced=balanced, limits=limits(d))
+    full = replace(full, balanced=balanced, limits=limits())
     return dimensions.with_units_of_results(full, dimensions.check_units(d, sources))
 
 

@@ -7,19 +7,19 @@ Degrees of expressions in the rates, found on the expression tree without expand
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from symgen.runtime.graph.bounds import ZERO, is_broken
 
 from ..errors import ModelError
 from . import algebra
 from .algebra import postorder
-from .description import Description
+from .description import Description, Limit
 from .evaluate import NotFinite, Value, evaluate
 from .expression_tree import kind
 from .items import Item, definition_items, items
 from .printing import shortened
-from .requirements import Requirement, of_bristles, requirements
+from .requirements import Requirement, limits, of_bristles, requirements
 from .sources import Address, Sources
 
 NONLINEAR = 2
@@ -124,8 +124,14 @@ ROUND_OFF = 1e-9  # of the largest moment of inertia, or value
 ORIENTATIONS = ((1.0, 0.0, 0.0, 0.0), (0.8, 0.6, 0.0, 0.0), (0.5, -0.5, 0.5, 0.5), (0.1, 0.1, -0.7, 0.7))
 
 
-def check_values(d: Description, sources: Sources) -> None:
-    """Check the numbers of a description, as far as parameters and constants determine them."""
+def check_values(d: Description, sources: Sources) -> Callable[[], tuple[Limit, ...]]:
+    """Check the numbers of a description, as far as parameters and constants determine them.
+
+    Returns
+    -------
+    callable
+        Gives what has to be checked of them at other parameters.
+    """
     known: dict[str, float | None] = {p.name: p.value for p in (*d.parameters, *d.constants)}
     values: dict[Address, float | None] = {}
     without_value: ModelError | None = None
@@ -140,13 +146,16 @@ def check_values(d: Description, sources: Sources) -> None:
     parts = {}
     for item in others:
         values[item.table, item.key] = _value(item, known, sources, parts)
-    for r in of_bristles(d):  # their laws, which are definitions, divide by what is checked here
+    of_definitions = [*of_bristles(d)]
+    for r in of_definitions:  # their laws, which are definitions, divide by what is checked here
         _check(r, values, sources)
     if without_value is not None:
         raise without_value
     _check_quaternion_constraints(d, known, sources)
-    for r in requirements(d):
+    required = [*requirements(d)]
+    for r in required:
         _check(r, values, sources)
+    return lambda: limits(d, others, (*of_definitions, *required))
 
 
 def _check(r: Requirement, values: Mapping[Address, float | None], sources: Sources) -> None:

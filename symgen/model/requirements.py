@@ -6,7 +6,7 @@ into modules, whose runs are checked by it at theirs.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 from symgen.runtime.graph.bounds import (
@@ -24,7 +24,7 @@ from . import algebra
 from .algebra import postorder
 from .description import Body, Bristle, Description, Joint, Limit, Solid
 from .expression_tree import TABLE, kind, names_in
-from .items import definition_items, items
+from .items import Item, definition_items
 from .printing import shortened
 from .sources import Address
 
@@ -101,24 +101,30 @@ def of_bristles(d: Description) -> Iterator[Requirement]:
         yield from _of_bristle(b)
 
 
-def limits(d: Description) -> tuple[Limit, ...]:
+def limits(d: Description, looked_at: Iterable[Item], required: Iterable[Requirement]) -> tuple[Limit, ...]:
     """The requirements whose numbers depend on parameters, and on nothing that runs change; of equal ones, the first.
 
     Parameters
     ----------
     d : Description
         Before its elements are written out, its definitions in order.
+    looked_at, required
+        Its items, and its requirements with those of bristles.
     """
     made = _MadeOfParameters(d)
-    expressions: dict[Address, algebra.Expr] = {(x.table, x.key): x.expression for x in items(d)}
-    found: dict[tuple, Limit] = {}
-    for r in (*of_bristles(d), *requirements(d)):
+    expressions: dict[Address, algebra.Expr] = {(x.table, x.key): x.expression for x in looked_at}
+    found: dict[
+        tuple, Limit | None
+    ] = {}  # None where parameters do not determine the numbers, or have no part
+    for r in required:
         numbers = tuple(expressions.get((r.table, key)) for key in r.numbers)
-        if None in numbers or not made.are_known(numbers):
+        if (r.bound, numbers) in found:
             continue
         key = r.key if r.bound == TENSOR else r.numbers[0]
-        found.setdefault((r.bound, numbers), Limit(f"{r.table}.{key}", r.bound, numbers))
-    return tuple(x for x in found.values() if x.bound != ZERO_OR_MORE or (POSITIVE, x.numbers) not in found)
+        is_limit = None not in numbers and made.are_known(numbers)
+        found[r.bound, numbers] = Limit(f"{r.table}.{key}", r.bound, numbers) if is_limit else None
+    made_of = [x for x in found.values() if x is not None]
+    return tuple(x for x in made_of if x.bound != ZERO_OR_MORE or not found.get((POSITIVE, x.numbers)))
 
 
 class _MadeOfParameters:
@@ -128,17 +134,21 @@ class _MadeOfParameters:
         self._varying = {p.name for p in d.parameters}
         self._known = self._varying | {c.name for c in d.constants}
         for item in definition_items(d):
-            if self._is_determined(item.expression):
+            names = names_in(item.expression)
+            if self._is_determined(item.expression, names):
                 self._known.add(item.key)
-                if names_in(item.expression) & self._varying:
+                if names & self._varying:
                     self._varying.add(item.key)
 
     def are_known(self, numbers: Sequence[algebra.Expr]) -> bool:
         """Whether parameters determine all of these, and any of them changes with one."""
-        return all(map(self._is_determined, numbers)) and any(names_in(x) & self._varying for x in numbers)
+        named = [names_in(x) for x in numbers if not x.is_Number]
+        if not any(names & self._varying for names in named):
+            return False
+        return all(map(self._is_determined, [x for x in numbers if not x.is_Number], named))
 
-    def _is_determined(self, expression: algebra.Expr) -> bool:
-        if not names_in(expression) <= self._known:
+    def _is_determined(self, expression: algebra.Expr, names: frozenset[str]) -> bool:
+        if not names <= self._known:
             return False
         return all(kind(node) not in ("dot", TABLE) for node in postorder([expression]))
 
