@@ -148,6 +148,21 @@ def test_calls_from_python_count(made, monkeypatch):
     assert made == ["compile_draft", "compile_ir"]
 
 
+def test_a_run_goes_on_in_a_draft_where_better_code_cannot_be_made(made, monkeypatch):
+    system = row_of_masses(4)
+    first = end(system)
+
+    def fail(*_):
+        raise RuntimeError("no such pass")
+
+    monkeypatch.setattr(compiler, "compile_ir", fail)
+    monkeypatch.setattr(compiler, "emit", fail)
+    pay(monkeypatch)
+    with pytest.warns(RuntimeWarning, match="no such pass"):
+        np.testing.assert_array_equal(end(system), first)
+    np.testing.assert_array_equal(end(system), first)
+
+
 def test_threads_that_go_over_at_once_make_the_code_once(made):
     kernel = row_of_masses(4).kernel("rhs")
     threads = [threading.Thread(target=kernel.settle) for _ in range(4)]

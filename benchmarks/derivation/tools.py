@@ -86,6 +86,7 @@ def _compiled(d, entries: list[int], module: str):
     from symgen import runtime
     from symgen.derive.program import Function, Program
     from symgen.emit.module import emit
+    from symgen.runtime.code import stand_ins
     from symgen.runtime.kernel import compile_kernel
 
     source = runtime.load(module).kernel("rhs").source
@@ -96,7 +97,8 @@ def _compiled(d, entries: list[int], module: str):
     lengths = source.lengths._replace(out=len(entries))
     code = replace(source.code, name="mass_and_forces", text=text, lengths=lengths)
     start = time.perf_counter()
-    kernel = compile_kernel(replace(source, code=code, n_hoisted=0))
+    with stand_ins.avoided():  # what runs come to
+        kernel = compile_kernel(replace(source, code=code, n_hoisted=0))
     return kernel, time.perf_counter() - start
 
 

@@ -18,6 +18,7 @@ from symgen.runtime.checks.stability import damping_ratio, stable_radius, stable
 from symgen.runtime.checks.steps import MOST_RECOMMENDED, step_for_phases
 from symgen.runtime.checks.time_scales import TimeScales, time_scales
 from symgen.runtime.choose import refuse_unsuitable
+from symgen.runtime.code import stand_ins
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.integrate.methods import METHODS, Method, find_method
 from symgen.runtime.options import RunOptions
@@ -396,7 +397,8 @@ def advise(
     chosen : tuple of str and float or None, optional
         Method and step [s] of the user's choice, to be checked.
     """
-    run, undriven = _short_run(system, options), system
+    with stand_ins.avoided():  # what is said of seconds is of code that long runs come to
+        run, undriven = _short_run(system, options), system
     system = run.system  # with its inputs over time
     rows = np.unique(np.linspace(0, len(run.t) - 1, _STATES).astype(int))
     scales = [time_scales(system, run.p, run.t[i], run.q[i], run.v[i]) for i in rows]

@@ -152,8 +152,9 @@ class Jitted:
             if found is not None:
                 try:
                     return _emit(found, quality)
-                except RuntimeError:
-                    pass  # an LLVM that cannot read what another version wrote
+                except RuntimeError:  # an LLVM that cannot read what another version wrote
+                    if args is None and not self._kept_at("bitcode", (layout,)).exists():
+                        raise
             made = self._kept("bitcode", (layout,), lambda: self._compile(args))
             if watcher is not None:
                 watcher(self, layout, made)
@@ -257,8 +258,8 @@ class LoopStandIn:
 
     def take_next(self) -> None:
         """The same, for who holds the lock."""
-        quality, _ = self._better.pop()
-        code = self._function.load(*self._fits, quality)
+        code = self._function.load(*self._fits, self._better[-1][0])
+        self._better.pop()
         self._function.take(self._variant, code, is_last=not self._better)
         for follower in list(self.followers):
             follower.take(code)

@@ -13,6 +13,7 @@ import contextlib
 import math
 import threading
 import time
+import warnings
 import weakref
 from collections.abc import Iterator
 from typing import Literal, Protocol
@@ -91,4 +92,11 @@ def _count(seconds: float) -> None:
         _waiting[:] = [(due, weakref.ref(held)) for due, held in known if due > now]
     for due, held in known:
         if due <= now:
-            held.go_over()
+            try:
+                held.go_over()
+            except Exception as error:  # what stands in gives the same results
+                warnings.warn(
+                    f"LLVM did not make faster code ({error}): the run goes on with what it has",
+                    RuntimeWarning,
+                    stacklevel=2,
+                )
