@@ -40,6 +40,7 @@ _CLEAR = 8.0  # times round-off: a flight that high is surely seen
 _JUMPED = 1e6  # times round-off: no event is located so badly, so that a function that is so far past zero has jumped
 _PART_OF_FLIGHT = 1e-2  # over which an event function is nearly straight
 _BACK = 1e-6  # of the rate on the other side of a jump: a rate back to it that counts
+_PART_OF_RISE = 1e-3  # in a short time: places are found far more exactly, and a rise may have a jump in it
 _AHEAD = 1e-6  # of the time in which the coordinates travel their own size
 _BEGINNING = (
     32.0 * np.finfo(float).eps
@@ -544,7 +545,7 @@ class EventActions:
         # One that is farther past zero than it comes in a short time has jumped with a choice that it is made of.
         far = past > _JUMPED * floor
         if far.any():
-            far &= past > np.abs(self._rises(after)[which])
+            far &= past > _PART_OF_RISE * np.abs(self._rises(after)[which])
         past[far | (begins & (past > _CLEAR * floor))] = 0.0
         # What jumped exactly to zero is on neither side yet; what its own motion brought there goes on.
         jumped = far | (begins & (past == 0.0))

@@ -93,3 +93,22 @@ def test_what_another_choice_holds_at_a_threshold(force, method):
     energy = run["dot(x)"] ** 2 / 2 + run["x"] ** 2 / 2 - 0.3 * CHOSEN[force](run["x"])
     assert run.ok and run["x"].min() < -0.55
     np.testing.assert_allclose(energy, energy[0], atol=1e-7)
+
+
+@pytest.mark.parametrize("method", ["dopri5", "dop853"])
+def test_a_quantiser_that_begins_at_a_step(method):
+    """At rest at x = 0 the round-off of x turns the command by 2.5, which says nothing of how near its limit it is."""
+    m = Model("quantised")
+    x, _ = m.coordinate("x"), m.input("u")
+    m.kinetic("dot(x)^2/2")
+    m.potential("2*x^2")
+    m.definition("command", "min(max(10*(u - 0.25*floor(4*x)) - 0.5*dot(x), -2), 2)")
+    a = m.state("a", "(command - a)/0.1")
+    m.force(x, a)
+    ramp = Table([0.0, 1.0], [0.0, 1.0], kind="linear")
+    run = solve(runtime.load(derive_text(m).text), 0.5, method=method, inputs={"u": ramp}, rtol=1e-9)
+    # Up to t = 0.5 x stays below a step, and the command at its limit from about 0.2 on.
+    held = run.t > 0.22
+    a_end = 2 + (run["a"][held][0] - 2) * np.exp(-(run.t[-1] - run.t[held][0]) / 0.1)
+    assert run.ok and run["x"][-1] < 0.25
+    assert run["a"][-1] == pytest.approx(a_end, abs=1e-7)

@@ -9,6 +9,7 @@ import pytest
 
 from symgen import Model
 from symgen.runtime import load, solve
+from symgen.runtime.checks.missed_events import _crossings
 from symgen.runtime.inputs import Table
 
 FIXTURES = Path(__file__).parent / "fixtures"
@@ -274,17 +275,23 @@ def test_a_function_that_jumps_fires_again_after_a_reset(saw):
     np.testing.assert_allclose(times(solution, "edge"), expected[expected < 3.0], atol=1e-12)
 
 
-def test_teeth_that_are_passed_at_a_frame_are_said():
-    """x = 2 t: teeth pass at 0.25 + k/2, where frames are, and their function is zero to the last bit."""
+@pytest.mark.parametrize("direction, first", [("rising", 0.25), ("falling", 0.5)])
+@pytest.mark.parametrize("method", ["taylor", "dop853"])
+def test_teeth_within_a_step_are_found_one_by_one(method, direction, first):
+    """x = 2 t: a step behind the last turn of the input is as long as a method likes."""
     m = Model("rack")
     m.coordinate("x", rate=2.0)
     m.input("u")
     m.kinetic("dot(x)^2/2")
-    m.event("tooth", "mod(x, 1) - 0.5", direction="rising")
+    m.event("tooth", "mod(x, 1) - 0.5", direction=direction)
     ramp = Table([0.0, 2.0, 9.3], [0.0, 1.0, 0.0], kind="linear")
-    run = m.derive().run(10.0, method="taylor", inputs={"u": ramp}, fps=64)
-    missed = next(check for check in run.health if check.check == "missed events")
-    assert (len(run.events) == 20) == missed.ok
+    run = m.derive().run(20.1, method=method, inputs={"u": ramp})
+    assert times(run, "tooth") == pytest.approx(np.arange(first, 20.1, 0.5), abs=1e-12)
+    assert run.ok
+
+
+def test_a_crossing_that_is_zero_where_it_is_looked_at_counts():
+    assert list(_crossings(np.array([-1.0, 0.0, 1.0, 0.0, 1.0]), 1e-9, 1)) == [0]
 
 
 @pytest.mark.parametrize(("width", "flagged"), [(1e-4, True), (0.05, False)])

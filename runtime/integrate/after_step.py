@@ -76,6 +76,9 @@ N_UNIFORM = 12
 N_EARLY = 12
 N_POINTS = N_EARLY + N_UNIFORM + 1
 REFINEMENTS = 24
+# A step that is much longer than what went before is looked at part by part, each as long as all before it: functions
+# that come and go many times in it, as teeth do, show their first crossing so.
+SHORTEST_PART = 2.0**-12
 # From a step's ends, in parts of the interval next to it, to where the slope there is looked at.
 INWARDS = 1e-3
 CHEBYSHEV = tuple(0.5 * (1.0 - math.cos(math.pi * k / N_UNIFORM)) for k in range(N_UNIFORM + 1))
@@ -157,20 +160,40 @@ def find_event(loop, t0, h, dense, n_terms, y1, buffer, scratch):
     roots = rest[N_POINTS + ne : N_POINTS + 2 * ne]
     table = rest[N_POINTS + 3 * ne : N_POINTS + 3 * ne + N_POINTS * ne]
     scan = Scan(t0, h, dense, n_terms, y, buffer, g, thetas, table)
-    n_points = scan_points(loop, thetas)
-    for k in range(n_points):
-        event_values(thetas[k], False, loop, scan, table[k * ne : (k + 1) * ne])
-    # The end is the state that the run goes on from, not its interpolant.
-    call_kernel(loop.addresses[at.EVENTS], t0 + h, y1, loop.p, table[(n_points - 1) * ne : n_points * ne])
-    first = 2.0
-    for e in range(ne):
-        roots[e] = first_root(e, n_points, loop, scan)
-        first = min(first, roots[e])
-    if first > 1.0:
+    start, end = 0.0, end_of_part(2.0 * loop.control[at.EVENTLESS] / h)
+    while True:
+        n_points = look_at_part(start, end, y1, loop, scan)
+        first = 2.0
+        for e in range(ne):
+            roots[e] = first_root(e, n_points, loop, scan)
+            first = min(first, roots[e])
+        if first <= 1.0:
+            return gather(first, roots, n_points, loop, scan)
         look_again(n_points, loop, scan)
         follow_sides(n_points, loop, scan, 2.0)
-        return -1.0
-    return gather(first, roots, n_points, loop, scan)
+        if end == 1.0:
+            note_lowest(n_points, loop, scan)
+            return -1.0
+        start, end = end, end_of_part(2.0 * end)
+
+
+@jitted
+def end_of_part(wanted):
+    """Return where a part of a step ends that begins a step, or is as long as all before it; the rest is one."""
+    return 1.0 if wanted >= 0.5 else max(wanted, SHORTEST_PART)
+
+
+@jitted
+def look_at_part(start, end, y1, loop, scan):
+    """Write the event functions at places from `start` to `end` of a step to its table; returns how many."""
+    ne, t1 = loop.sizes[at.NE], scan.t0 + scan.h
+    n_points = scan_points(start, end, loop, scan.thetas)
+    n = n_points - 1 if end == 1.0 else n_points
+    for k in range(n):
+        event_values(scan.thetas[k], False, loop, scan, scan.table[k * ne : (k + 1) * ne])
+    if end == 1.0:  # the end is the state that the run goes on from, not its interpolant
+        call_kernel(loop.addresses[at.EVENTS], t1, y1, loop.p, scan.table[n * ne : n_points * ne])
+    return n_points
 
 
 @jitted
@@ -178,6 +201,8 @@ def look_again(n_points, loop, scan):
     """Look at one more place, another in every step: count where a function has crossed zero between two samples."""
     ne = loop.sizes[at.NE]
     theta = (GOLDEN * (loop.counters[at.STEPS] + 1.0)) % 1.0
+    if theta < scan.thetas[0] or theta > scan.thetas[n_points - 1]:
+        return
     k = 1
     while scan.thetas[k] < theta:
         k += 1
@@ -189,28 +214,35 @@ def look_again(n_points, loop, scan):
             if min(abs(scan.g[e]), abs(before), abs(after)) > band:
                 loop.control[at.N_CONTROL + at.PASSED * ne + e] += 1.0
                 loop.control[at.N_CONTROL + at.T_PASSED * ne + e] = scan.t0 + theta * scan.h
-        # The end of a step.
+
+
+@jitted
+def note_lowest(n_points, loop, scan):
+    """Take note of the event functions at the end of a step."""
+    ne = loop.sizes[at.NE]
+    for e in range(ne):
         lowest = at.N_CONTROL + at.LOWEST * ne + e
         loop.control[lowest] = min(loop.control[lowest], scan.table[(n_points - 1) * ne + e])
 
 
 @jitted
-def scan_points(loop, thetas):
-    """Write the places at which a step is looked at; returns how many."""
+def scan_points(start, end, loop, thetas):
+    """Write the places at which a step is looked at from `start` to `end`; returns how many."""
     early = False
     for e in range(loop.sizes[at.NE]):
         early = early or abs(loop.control[at.N_CONTROL + at.SIDE * loop.sizes[at.NE] + e]) < 1.0
-    thetas[0] = 0.0
+    thetas[0] = start
     n = 1
-    if early:
+    if early and start == 0.0:
         for k in range(N_EARLY):
-            thetas[n] = 2.0 ** (-5.0 - 2.0 * (N_EARLY - 1 - k))
+            thetas[n] = end * 2.0 ** (-5.0 - 2.0 * (N_EARLY - 1 - k))
             n += 1
     for k in range(1, N_UNIFORM + 1):
-        if CHEBYSHEV[k] > thetas[n - 1]:
-            thetas[n] = CHEBYSHEV[k]
+        theta = start + (end - start) * CHEBYSHEV[k]
+        if theta > thetas[n - 1]:
+            thetas[n] = theta
             n += 1
-    thetas[n - 1] = 1.0
+    thetas[n - 1] = end
     return n
 
 
@@ -230,7 +262,7 @@ def first_root(e, n_points, loop, scan):
             if side * here <= 0.0 and wanted(loop.sizes, e, side):
                 root = locate(e, side, 0.0, scan.thetas[k - 1], scan.thetas[k], loop, scan)
                 if root <= 1.0 or side * scan.table[(n_points - 1) * ne + e] <= 0.0:
-                    return min(root, 1.0)
+                    return min(root, scan.thetas[n_points - 1])
                 return 2.0  # states on the constraints stay on its side up to the end
             if side * here > 0.0 and k + 1 < n_points:
                 root = dip_at(e, k, side, loop, scan)
@@ -242,7 +274,7 @@ def first_root(e, n_points, loop, scan):
             level = 0.0 if was * scan.table[(k - 1) * ne + e] > 0.0 else -band
             root = locate(e, was, level, scan.thetas[k - 1], scan.thetas[k], loop, scan)
             if root <= 1.0 or was * scan.table[(n_points - 1) * ne + e] <= band:
-                return min(root, 1.0)
+                return min(root, scan.thetas[n_points - 1])
             return 2.0
         side = follow(side, here, band)
     if abs(side) == 1.0:
@@ -276,8 +308,9 @@ def first_dip(e, side, n_points, loop, scan):
     here, after = side * scan.table[e], side * scan.table[loop.sizes[at.NE] + e]
     if not (0.0 < here <= after and here <= 0.5 * max(after, side * scan.table[2 * loop.sizes[at.NE] + e])):
         return 2.0
-    theta = INWARDS * scan.thetas[1]
-    return dip_inwards(e, side, 0.0, theta, scan.thetas[1], here, loop, scan)
+    start = scan.thetas[0]
+    theta = start + INWARDS * (scan.thetas[1] - start)
+    return dip_inwards(e, side, start, theta, scan.thetas[1], here, loop, scan)
 
 
 @jitted
@@ -287,9 +320,9 @@ def last_dip(e, side, n_points, loop, scan):
     before, here = side * scan.table[(n_points - 2) * ne + e], side * scan.table[(n_points - 1) * ne + e]
     if not (0.0 < here <= before and here <= 0.5 * max(before, side * scan.table[(n_points - 3) * ne + e])):
         return 2.0
-    left = scan.thetas[n_points - 2]
-    theta = 1.0 - INWARDS * (1.0 - left)
-    return dip_inwards(e, side, left, theta, 1.0, here, loop, scan)
+    left, end = scan.thetas[n_points - 2], scan.thetas[n_points - 1]
+    theta = end - INWARDS * (end - left)
+    return dip_inwards(e, side, left, theta, end, here, loop, scan)
 
 
 @jitted
@@ -473,8 +506,12 @@ def finish_step(loop, t0, t1, dense, n_terms, scratch):
             status = at.EVENT
             end = t1 if theta == 1.0 else t0 + theta * h
             copy(rest[: loop.sizes[at.NY]], loop.y)
+            since = end - max(loop.control[at.T_EVENT], loop.control[at.T_START])
+            loop.control[at.EVENTLESS] = since if since > 0.0 else end - t0
             loop.control[at.T_EVENT] = end
             loop.counters[at.F_VALID] = 0
+        else:
+            loop.control[at.EVENTLESS] = max(loop.control[at.EVENTLESS], h)
     if frame_is_due(loop, end):
         write_frames(loop, t0, h, end, loop.y, dense, n_terms, buffer)
     loop.counters[at.STEPS] += 1

@@ -20,10 +20,11 @@ MAX_RESIDUAL, MIN_PIVOT_RATIO, T_EVENT, H_LAST, T_GRID = range(10, 15)
 # T_GRID: fixed-step methods step to T_GRID + k H, k = counters[GRID_STEP] + 1, so that time does not drift.
 ENERGY_LEVEL, ENERGY_STEP, ENERGY_TAKEN, MOST_ENERGY_TAKEN = range(15, 19)
 # Energy scaling: the energy kept, what the last step took of it, the sum of that, the largest magnitude of the sum.
-T_WATCH, T_START, H_BASE, H_SHARE, ASIDE, H_EVENT = range(19, 25)
+T_WATCH, T_START, H_BASE, H_SHARE, ASIDE, H_EVENT, EVENTLESS = range(19, 26)
 # T_WATCH: before a step that may pass this time the loop returns (NEAR_WATCH), having changed nothing of the motion.
 # A step is at most H_BASE + H_SHARE (T - T_START) long. ASIDE: 1 where steps are taken beside the run, for a state that
 # somebody wants to see: no events are looked for. H_EVENT: how long the step after an event may be; 0: as any.
+# EVENTLESS: the time between the last two events, or since then the longest step without any.
 N_CONTROL = 26
 # control[N_CONTROL + SIDE * NE + e]: side of zero of event function e before the step, 0 while it has not left
 # zero yet, ±LEANING while it is at zero but belongs to a side (see `events.py`);

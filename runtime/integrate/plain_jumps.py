@@ -26,7 +26,7 @@ from symgen.runtime.integrate.plain_events import (
 
 ADVANCE, EVENTS, RHS = range(3)  # in `addresses`
 N_JUMPS, FIRST_BRANCH, IS_MULTISTEP, LOOKS_FOR_CHOICES, HOLDS_ALL = range(5)  # in `counts`
-BACK, JUMPED = 1e-6, 1e6  # as in `event_actions.py`
+BACK, JUMPED, PART_OF_RISE = 1e-6, 1e6, 1e-3  # as in `event_actions.py`
 
 
 class Jumps(NamedTuple):
@@ -118,7 +118,7 @@ def act(loop, own):
     # What jumped exactly to zero is on neither side yet; what its own motion brought there goes on.
     side = sign(g) if begins and past == 0.0 else at.LEANING * after
     own.after[k] = sign(side)
-    if not begins and past > JUMPED * floor and past > abs(rise(event, loop, own)):
+    if not begins and past > JUMPED * floor and past > PART_OF_RISE * abs(rise(event, loop, own)):
         return False  # it may have jumped there with a choice that it is made of
     if slides(event, k, floor, loop, own) or stays(own):
         return False
