@@ -28,9 +28,7 @@ def take(run: RunState) -> Checkpoint:
     n_frames, held["resets_from"], held["resets"], held["forms_from"], held["forms"] = _of_frames(run)
     times, states, energies, forms = zip(*run.samples) if run.samples else ((), (), (), ())
     held["sample_states"] = np.array(states).reshape(len(times), len(arrays.y))
-    log = list(actions.log)  # records of a long log are made for each look
-    for key in STATES_OF_EVENTS:
-        held[key] = np.array([getattr(event, key) for event in log])
+    told = _tell_events(actions.log, held)
     controllers = []
     for number, controller in enumerate([] if run.inputs is None else run.system.controllers):
         facts, own = controller.memory if hasattr(controller, "memory") else ({}, {})
@@ -46,15 +44,32 @@ def take(run: RunState) -> Checkpoint:
         "n_frames": n_frames,
         "controllers": controllers,
         "samples": [[float(t), float(energy), int(form)] for t, energy, form in zip(times, energies, forms)],
-        "events": [
-            [e.name, e.action, e.t, e.energy_change, e.work if math.isfinite(e.work) else None] for e in log
-        ],
+        "events": told,
         "energy_of_resets": float(actions.energy_of_resets),
         "zeno": actions.zeno.memory,
         "stiff_noted": run.stiff_noted,
         "notes": list(run.notes),
     }
     return Checkpoint(held, facts)
+
+
+def _tell_events(log: EventLog, held: dict[str, np.ndarray]) -> list[list]:
+    """Write the states at events to `held`; returns the rest of what is known of them.
+
+    One after another: records are made for each look, and all of a long log at one time take much memory.
+    """
+    states, parts, told = np.zeros(0), [], []
+    for k, event in enumerate(log):
+        parts = [getattr(event, key) for key in STATES_OF_EVENTS]
+        if not k:
+            states = np.zeros((len(log), sum(map(len, parts))))
+        np.concatenate(parts, out=states[k])
+        work = event.work if math.isfinite(event.work) else None
+        told.append([event.name, event.action, event.t, event.energy_change, work])
+    ends = np.cumsum([len(part) for part in parts]) if told else np.zeros(len(STATES_OF_EVENTS), dtype=int)
+    split = np.split(states, ends[:-1], axis=-1)
+    held.update((key, part.copy()) for key, part in zip(STATES_OF_EVENTS, split, strict=True))
+    return told
 
 
 def put_back(checkpoint: Checkpoint, run: RunState, past: np.ndarray) -> None:

@@ -202,6 +202,8 @@ class Run(RunState):
             status = self._advance(self._next_stop(), allowed, keep_log=keep_log)
             keep_log = True
             self._follow_time()
+            if self.forces_jumped and status == at.REACHED_STOP and self.actions.is_untouched():
+                self.forces_jumped = False
             if self.forces_jumped:
                 return at.RUNNING if status == at.REACHED_STOP else status
         return status
@@ -422,7 +424,7 @@ class Run(RunState):
                 self.forms.extend(settings[is_new])
             self._hand_on_frames()
         else:
-            records = self.actions.log[-len(frames) :]
+            records = self.actions.log.latest(len(frames))
             for k, (record, frame) in enumerate(zip(records, frames)):
                 self._hand_on_frames(int(frame))
                 if is_new[k]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.graph.spelling import reset_function
 from symgen.runtime.integrate import layout as at
@@ -294,6 +295,16 @@ class EventLog(Sequence):
         part = bisect.bisect_right(self._begins, k) - 1
         return self._parts[part][k - self._begins[part]]
 
+    def latest(self, n: int) -> list[EventRecord]:
+        """Return the last `n` events; records that are made for that are not kept."""
+        found: list[EventRecord] = []
+        for part in reversed(self._parts):
+            if len(found) == n:
+                break
+            of_part = part[-(n - len(found)) :] if isinstance(part, list) else part.latest(n - len(found))
+            found = [*of_part, *found]
+        return found
+
     def __eq__(self, other: object) -> bool:
         return list(self) == list(other) if isinstance(other, (EventLog, list, tuple)) else NotImplemented
 
@@ -337,6 +348,10 @@ class _Rows(Sequence):
         if k not in self._made:
             self._made[k] = self._record(k)
         return self._made[k]
+
+    def latest(self, n: int) -> list[EventRecord]:
+        """Return the last `n` records at most, which are not kept."""
+        return [self._record(k) for k in range(max(len(self._rows) - n, 0), len(self._rows))]
 
     def _record(self, k: int) -> EventRecord:
         row, nq, n = self._rows[k], self._nq, self._n
@@ -622,10 +637,9 @@ class EventActions:
 
     def settle_jump(self) -> list[EventRecord]:
         """Settle stops and frictions where forces have jumped with an input; returns what changed or was struck."""
-        self.note_gaps()
-        self.switching.forget()
-        if self._is_untouched():
+        if self.is_untouched():
             return []
+        self.note_gaps()
         before = self.switching.settings
         records = self._switch(np.zeros(0, dtype=int))
         self.log.extend(records)
@@ -633,10 +647,13 @@ class EventActions:
             self._arm()
         return records
 
-    def _is_untouched(self) -> bool:
+    def is_untouched(self) -> bool:
         """Whether jumps of forces change nothing of what stops and frictions do: to find out in full takes longest."""
-        arrays, n = self.arrays, self.system.nq + self.system.nv
-        values = self.system.kernel("events")(arrays.t, arrays.y[:n], arrays.p)
+        self.switching.forget()
+        arrays, kernel = self.arrays, self.form.kernel("events")
+        values = np.zeros(len(self.system.events))
+        # With the pieces of inputs that are in use: `p` alone would let all of them be laid out anew.
+        call_kernel(np.uint64(kernel.precomputed_address), arrays.t, arrays.y, arrays.precomputed, values)
         return self.switching.is_untouched(values[len(values) - len(self.system.switches) :])
 
     def _switch(self, switched: np.ndarray) -> list[EventRecord]:

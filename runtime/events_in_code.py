@@ -109,6 +109,19 @@ def make_after(
     return after, kernels
 
 
+Known = tuple[float, np.ndarray, list[float | None]]
+
+
+def what_is_known(actions: EventActions) -> Known:
+    """Return what resets have added to T + V [J], the least gaps, and what is remembered of when resets were."""
+    return actions.energy_of_resets, actions.lowest_gaps, actions.zeno.memory
+
+
+def is_same(known: Known, before: Known | None) -> bool:
+    """Whether nothing of that has changed: sums and gaps are replaced where they change."""
+    return before is not None and known[0] is before[0] and known[1] is before[1] and known[2] == before[2]
+
+
 def hand_over_resets(actions: EventActions, after: Any) -> None:
     """Let machine code know what resets have added to T + V, and when they were."""
     last, *intervals = actions.zeno.memory
@@ -142,7 +155,7 @@ class EventsInCode:
     def __init__(self, system: System, method: Method, arrays: LoopArrays):
         self._system, self._method, self._arrays = system, method, arrays
         self._generation = -1
-        self._handed: tuple[float, np.ndarray, list[float | None]] | None = None
+        self._handed: Known | None = None
         self.accumulation = np.nan
         self.changes: list[tuple[float, np.ndarray, np.ndarray]] = []
 
@@ -179,13 +192,12 @@ class EventsInCode:
         Calls end at every piece of an input, mostly without an event. Sums and gaps are replaced where they change, so
         that the same objects hold the same bits.
         """
-        energy, lowest, memory = actions.energy_of_resets, actions.lowest_gaps, actions.zeno.memory
-        handed = self._handed
-        if handed is not None and energy is handed[0] and lowest is handed[1] and memory == handed[2]:
+        known = what_is_known(actions)
+        if is_same(known, self._handed):
             return
         hand_over_resets(actions, self._after)
-        self._after.counts[here.N_LOG], self._after.lowest[:] = 0, lowest
-        self._handed = energy, lowest, memory
+        self._after.counts[here.N_LOG], self._after.lowest[:] = 0, actions.lowest_gaps
+        self._handed = known
 
     def _take_over(self, actions: EventActions, n: int) -> None:
         """Let the actions of Python know what happened."""

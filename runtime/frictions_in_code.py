@@ -11,7 +11,14 @@ from symgen.runtime.constraints.row_weights import n_weights, quaternion_places,
 from symgen.runtime.constraints.size_code import make_sizing
 from symgen.runtime.contact.local_dynamics import creeping_frictions, given, normals_of, smooth_frictions
 from symgen.runtime.contact.settings import Layout
-from symgen.runtime.events_in_code import ACTIONS, hand_over_resets, take_over_resets
+from symgen.runtime.events_in_code import (
+    ACTIONS,
+    Known,
+    hand_over_resets,
+    is_same,
+    take_over_resets,
+    what_is_known,
+)
 from symgen.runtime.graph.spelling import reset_function
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate import plain_events
@@ -109,6 +116,7 @@ class FrictionsInCode:
     ):
         self._system, self._method, self._arrays, self._inputs = system, method, arrays, inputs
         self._changes = -1  # of inputs, when both forms had them
+        self._handed: Known | None = None
         self._generations: tuple[int, ...] = ()
         self.accumulation = np.nan
         self.changes: list[tuple] = []
@@ -118,7 +126,7 @@ class FrictionsInCode:
         free = arrays.visit(system, method, held=False, look=self._look)
         held = arrays.visit(system.closed, method, held=True, look=self._look)
         self._generations, self._changes = (free[3], held[3]), -1
-        self._worked_out = free[0].p, held[0].p
+        self._worked_out, self._handed = (free[0].p, held[0].p), None
         self._own, self._keep = self._make(free, held)
         self._keep += free[1], held[1]
         sizing = make_sizing(system.closed, len(arrays.p))
@@ -185,16 +193,19 @@ class FrictionsInCode:
             if not len(actions.log):  # the arrays cost as much as one event, and many runs have none
                 return arrays.advance(stop, max_steps, watch=watch, keep_log=keep_log)
             self._bind()
-        self._write_inputs(is_held=actions.is_held)
-        own = self._own
-        own.counts[here.N_LOG], own.counts[here.IS_HELD] = 0, actions.is_held
-        before = actions.energy_of_resets
-        hand_over_resets(actions, own)
-        own.lowest[:] = actions.lowest_gaps
+        own, before, is_held = self._own, actions.energy_of_resets, actions.is_held
+        self._write_inputs(is_held=is_held)
+        own.counts[here.N_LOG], own.counts[here.IS_HELD] = 0, is_held
+        known = what_is_known(actions)
+        if not is_same(known, self._handed):
+            hand_over_resets(actions, own)
+            own.lowest[:] = actions.lowest_gaps
+            self._handed = known
         arrays.set_limits(stop, max_steps, watch, keep_log=keep_log)
         status = self._call()
         n = int(own.counts[here.N_LOG])
         if n:
+            self._handed = None
             self._adopt(self._system.closed if own.counts[here.IS_HELD] else self._system)
             self._take_over(actions, own.log[:n].copy(), before)
         return status

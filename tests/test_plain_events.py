@@ -389,6 +389,19 @@ def test_intervals_that_are_kept_are_few():
     assert detector.memory[1] == pytest.approx(1.0, abs=1e-5)
 
 
+def test_the_latest_events_are_told_without_being_kept():
+    log = system(STOP).run(3.0, method="dop853").events
+    log.append(log[0])
+    part = log._parts[-2]
+    for n in (0, 1, 3, len(log)):
+        assert [repr(event) for event in log.latest(n)] == [
+            repr(event) for event in list(log)[len(log) - n :]
+        ]
+        part._made.clear()
+    log.latest(3)
+    assert not part._made
+
+
 def test_log_of_events_is_a_sequence():
     solution = system(STOP).run(2.0, method="dop853")
     log, events = solution.events, list(solution.events)

@@ -235,6 +235,29 @@ def test_stops_that_stay_closed_for_a_while(monkeypatch, text):
     assert in_code.ok == by_python.ok
 
 
+def test_jumps_beside_what_is_held_far_from_letting_go_are_not_settled_in_full(monkeypatch):
+    """The same as where each jump is: most leave the wall closed and the belt rough enough."""
+    model, settled, settle = system(PUSHED), [], Switching.act
+    monkeypatch.setattr(
+        Switching, "act", lambda self, fired: settled.append(len(fired)) or settle(self, fired)
+    )
+    period = 0.05
+    times = np.arange(0.0, 20.0 + period, period)
+    given = {"inputs": {"u": Table(times, np.sin(3.0 * times), kind="hold")}, "method": "dop853"}
+    short = model.run(20.0, **given)
+    few = settled.count(0)
+    settled.clear()
+    monkeypatch.setattr(Switching, "is_untouched", lambda *_: False)
+    full = model.run(20.0, **given)
+    assert settled.count(0) >= len(times) - 2
+    assert few < 0.2 * settled.count(0)
+    told = [[(event.name, event.action) for event in run.events] for run in (short, full)]
+    assert told[0] == told[1]
+    assert len(told[0]) > 15
+    assert short.forms.settings[short.forms.index].any(axis=1).mean() > 0.5
+    np.testing.assert_allclose(short.states, full.states, rtol=0, atol=1e-9)
+
+
 def without_units(text):
     return re.sub(r'"(-?[\d.]+) [^"]*"', r"\1", text).replace('unit = "m", ', "")
 

@@ -84,6 +84,8 @@ class Instant:
         self._tolerances: tuple[LocalDynamics, tuple, np.ndarray] | None = None
         # Gaps and speeds that are zero within the tolerances, when last asked.
         self._zero: np.ndarray | None = None
+        # Forces that are as good as zero, with the settings for which they were asked last.
+        self._last_weak: tuple[bytes, np.ndarray] | None = None
 
     @property
     def settings(self) -> np.ndarray:

@@ -790,6 +790,7 @@ _WITHIN_STEPS = 2.0  # the pull may grow while a gap opens
 _STEPS_BEFORE_REST = 1e3
 _SHORTENED = 1e-2  # of the mean step so far: a step that a turning direction has shortened
 _AT_REST = 1e-6  # of what a sliding speed changes by in a step: at its event it is zero but for round-off
+_LEAST_PART = 1e-6  # of the largest force: as small a one may let go soon
 _FAR_FROM_ZERO = 1e3  # times what is zero within the tolerances, as it was when that was asked last
 
 
@@ -813,18 +814,39 @@ class Switching(Holding):
         self._decide(gaps <= self._gap_tolerances(here), gaps <= self._round_off(here), self.stuck)
 
     def is_untouched(self, values: np.ndarray) -> bool:
-        """Whether nothing is held, and gaps and sliding speeds are too far from zero for jumps of forces to matter.
+        """Whether all that moves and all that is held is too far from where it changes for a jump of forces to matter.
+
+        Where frictions do not follow reactions, there is one answer to what is held, and what presses and what can take
+        more behind the jump is one.
 
         Parameters
         ----------
         values : ndarray, shape (n,)
-            Of the events: gaps, and speeds at which frictions slide.
+            Of the events, behind the jump: gaps, and speeds at which frictions slide; forces of closed stops, and what
+            frictions that stick can still take.
         """
-        if self._zero is None or self.any_held or self._at_rest.any() or len(self.layout.circles):
+        if self._zero is None or len(self.layout.circles) or self.resting.any():
             return False
         sizes = np.concatenate([values[: self.n_stops], np.abs(values[self.n_stops :])])
         smooth = np.concatenate([np.zeros(self.n_stops, dtype=bool), self._smooth])
-        return bool((smooth | (sizes > _FAR_FROM_ZERO * self._zero)).all())
+        zero, held = _FAR_FROM_ZERO * self._zero, self.held
+        if held.any():
+            if self._coupled.any() or (self._unpressed & self.closed).any() or not np.isfinite(values).all():
+                return False
+            sizes = np.where(held, values, sizes)
+            least = np.maximum(_FAR_FROM_ZERO * self._weak_forces(), _LEAST_PART * sizes[held].max())
+            zero = np.where(held, least, zero)
+        return bool((smooth | (sizes > zero)).all())
+
+    def _weak_forces(self) -> np.ndarray:
+        """Which forces of stops and frictions do not tell whether these stay held, by what held now when last asked."""
+        settings = self.settings.tobytes()
+        if self._last_weak is None or self._last_weak[0] != settings:
+            here = self._here()
+            balanced = here.row_sizes @ np.abs(here.accelerations(np.zeros(self.n)))
+            weak = np.maximum(UNDECIDED * here.sizes_of_free, ROUNDED * balanced)
+            self._last_weak = settings, weak / np.maximum(here.own, 1e-300)
+        return self._last_weak[1]
 
     def act(self, fired: np.ndarray) -> list[tuple[int, str]]:
         """Act on the stops and frictions whose events fired, and on all that they touch.
