@@ -10,6 +10,7 @@ from scipy.optimize import minimize
 
 from symgen import Model, t
 from symgen.runtime.contact import circles
+from symgen.runtime.contact.onset import onset_directions
 from symgen.runtime.contact.settings import Layout
 
 G = 9.81
@@ -164,3 +165,34 @@ def test_a_box_that_is_pulled_and_turned_begins_to_slide_where_no_way_to_share_t
 
     found = minimize(taken, np.zeros(2), method="Nelder-Mead", options={"xatol": 1e-10, "fatol": 1e-13})
     assert found.fun == pytest.approx(1.0, abs=1e-6)
+
+
+def test_a_corner_on_which_a_box_turns_begins_to_slide_along_the_force_that_it_could_not_take():
+    """The friction of corners that slide already was left out of the load: it slid backwards, in endless events."""
+    sizes, mu, yaw, pull, turn = drawn_box(10)
+    run = box_on_floor(sizes, mu, yaw=yaw, pull=pull.tolist(), turn=turn).run(t_end=0.8, method="dop853")
+    assert run.ok, [check.says for check in run.objections]
+    slips = [("floor_3_friction", "slip"), ("floor_1_friction", "slip")]
+    assert [(e.name, e.action) for e in run.events] == slips
+    angle, rates = 2.0 * np.arctan2(run["free_qz"][-1], run["free_qw"][-1]), run.v[-1]
+    corner = -0.5 * np.array(
+        [
+            np.cos(angle) * sizes[0] - np.sin(angle) * sizes[1],
+            np.sin(angle) * sizes[0] + np.cos(angle) * sizes[1],
+        ]
+    )
+    sliding = rates[:2] + rates[5] * np.array([-corner[1], corner[0]])
+    friction = [run[f"force(floor_1_friction_{axis})"][-1] for axis in (1, 2)]
+    size = mu * run["force(floor_1)"][-1]
+    np.testing.assert_allclose(friction, -size * sliding / np.hypot(*sliding), atol=1e-6)
+
+
+def test_what_others_hold_has_no_direction_of_sliding_and_hides_that_of_none():
+    """Corners of a box that rides on a box that begins to slide: the load then had no direction at all."""
+    moves, held = np.eye(4)[:2], np.eye(4)[2:]
+    rows = np.vstack([moves, held, held])  # a place that slides, one that bears nothing, and what holds it
+    load = rows @ np.array([1.0, 0.5, 0.0, 0.0])
+    pairs, levels = np.array([[0, 1], [2, 3]]), np.array([2.0, 0.0])
+    found = onset_directions(rows @ rows.T, load, np.arange(6) >= 4, pairs, levels)
+    np.testing.assert_allclose(found, [np.array([1.0, 0.5]) / np.hypot(1.0, 0.5), [0.0, 0.0]], atol=1e-12)
+    assert onset_directions(rows @ rows.T, load, np.arange(6) >= 4, pairs, np.ones(2)) is None

@@ -370,3 +370,20 @@ def test_a_force_that_is_round_off_where_it_falls_through_zero_does_not_keep_a_s
         assert {round(x.t, 6) for x in run.events if x.action == "release"} == {
             round(x.t, 6) for x in reference.events if x.action == "release"
         }
+
+
+def test_a_stop_is_let_go_once():
+    """Where its force fell through zero, by round-off, it was told that it opened, and once more when it did."""
+    m = Model("pendulum_at_a_wall", gravity=(0, -G))
+    length, mass, rate, angle = 1.1250954666046669, 1.8458207014543633, 8.429799831716355, 0.21260359499529594
+    x0, y0 = length * np.sin(angle), -length * np.cos(angle)
+    x, y = m.coordinate("x", start=x0), m.coordinate("y", start=y0)
+    m.body("bob", mass=mass, com=(x, y))
+    m.constraint("rod", x**2 + y**2 - length**2)
+    m.stop("wall", gap=x - x0)
+    m.load("pull", point=(x, y), force=[rate * t, 0])
+    release = mass * G * np.tan(angle) / rate
+    run = m.derive().run(1.1 * release, method="dop853")
+    assert run.ok
+    assert [(e.name, e.action) for e in run.events] == [("wall", "release")]
+    assert run.events[0].t == pytest.approx(release, rel=1e-12)

@@ -22,6 +22,8 @@ def onset_directions(
 ) -> np.ndarray | None:
     """Return the unit vectors along which frictions begin to slide, shape (k, 2); None where nothing is that near.
 
+    What takes no part of the load and is held by others has none: (0, 0).
+
     Parameters
     ----------
     compliance : ndarray, shape (n, n)
@@ -51,7 +53,10 @@ def onset_directions(
     motion = _cheapest(ways.reshape(len(pairs), 2, -1), levels, gain, start / (gain @ start))
     speeds = np.einsum("kri,i->kr", ways.reshape(len(pairs), 2, -1), motion)
     sizes = np.linalg.norm(speeds, axis=1)
-    return speeds / sizes[:, None] if (sizes > _AT_REST * sizes.max()).all() else None
+    at_rest = ~(sizes > _AT_REST * sizes.max())
+    if (at_rest & (levels > 0.0)).any():
+        return None
+    return np.where(at_rest[:, None], 0.0, speeds / np.where(at_rest, 1.0, sizes)[:, None])
 
 
 def _cheapest(ways: np.ndarray, levels: np.ndarray, gain: np.ndarray, motion: np.ndarray) -> np.ndarray:

@@ -82,8 +82,11 @@ class Holding(LoneFriction):
         kept = _firmest(here.compliance, kept, firmest, np.concatenate([np.ones(self.n_stops), most]))
         kept = _independent(here.compliance, [kept, *pressing], order)
         self._unpressed = (kept & weak)[: self.n_stops]
-        self.resting = waiting & ~kept[self.n_stops :] & _follow(here.compliance, kept)[self.n_stops :]
-        self._share(here, sticks & ~kept[self.n_stops :], forces)
+        led = _follow(here.compliance, kept)[self.n_stops :]
+        self.resting = waiting & ~kept[self.n_stops :] & led
+        led_along_and_across = self.resting & self._in_circles & self._all_led(led)
+        self._share(here, (sticks | led_along_and_across) & ~kept[self.n_stops :], forces)
+        self.aimed = self.aimed & ~led_along_and_across
         self.aimed = self.aimed & self._pressed(kept[: self.n_stops])  # a stop that takes off bears nothing
         in_touch = touching & (here.speeds[: self.n_stops] <= self._speed_tolerances(here)[: self.n_stops])
         self._check_unique(here, in_touch, kept[self.n_stops :], levels, forces)
@@ -129,7 +132,7 @@ class Holding(LoneFriction):
         if slides:
             movable[: self.n_stops] = False
         found = evened(here, levels, forces, movable, self.layout.circles)
-        if found is None or found[1] <= 0.0:
+        if found is None or found[1] <= -_AT_THE_LIMIT:
             return given, most, none
         movable[: self.n_stops] = False
         return found[0], levels.at(here, found[0]), movable
@@ -340,7 +343,7 @@ class Holding(LoneFriction):
         together, able = self.layout.together, most
         own, pulled = forces[self.n_stops :], (here.free + here.compliance @ forces)[self.n_stops :]
         small = UNDECIDED * together(here.sizes_of_free[self.n_stops :])
-        waiting = acting[self.n_stops :]
+        waiting, load = acting[self.n_stops :], here.free + here.compliance @ self._of_sliding(forces, still)
         # A friction that has just begun to slip is at its limit but for round-off.
         close, loads = np.where(shared[self.n_stops :], AT_LIMIT, 2.0 * LIMIT_ROUNDED), together(np.abs(own))
         bears = shared[self.n_stops :] & (most > _ROUNDED_LEVEL * most.max(initial=0.0))
@@ -367,7 +370,8 @@ class Holding(LoneFriction):
             ways = self._onset_in_plane(here, acting, sticks, own, pulled, undecided)
             near = together(np.abs(pulled)) <= _AT_THE_LIMIT * together(here.sizes_of_free[self.n_stops :])
             able = np.where(waiting, np.where(near, able, -1.0), 0.0)
-            self._turn_together(here, np.concatenate([acting[: self.n_stops], sticks]), begins, able, ways)
+            held = np.concatenate([acting[: self.n_stops], sticks])
+            self._turn_together(here.compliance, load, held, begins, able, ways)
             onset = np.where(begins, ways, onset)
         return sticks, onset
 
@@ -422,13 +426,28 @@ class Holding(LoneFriction):
         speeds = self.layout.together(np.abs(pulled))
         return np.where(sizes > 0.0, ways, pulled / np.where(speeds > 0.0, speeds, 1.0))
 
+    def _of_sliding(self, forces: np.ndarray, still: np.ndarray) -> np.ndarray:
+        """Return what frictions that slide already have of some forces: only those that follow reactions have any."""
+        found = forces.copy()
+        found[: self.n_stops], found[self.n_stops :][still] = 0.0, 0.0
+        return found
+
     def _turn_together(
-        self, here: LocalDynamics, held: np.ndarray, begins: np.ndarray, able: np.ndarray, ways: np.ndarray
+        self,
+        compliance: np.ndarray,
+        load: np.ndarray,
+        held: np.ndarray,
+        begins: np.ndarray,
+        able: np.ndarray,
+        ways: np.ndarray,
     ) -> None:
         """Change directions of sliding in planes to those that fit to each other, and to what sticks.
 
         Parameters
         ----------
+        compliance : ndarray, shape (n, n)
+        load : ndarray, shape (n,)
+            Accelerations by all but the forces of stops and of frictions that are still at rest.
         held : ndarray of bool, shape (n,)
             Stops that bear, frictions that stick.
         begins : ndarray of bool, shape (number of frictions,)
@@ -441,18 +460,18 @@ class Holding(LoneFriction):
         """
         circles = self.layout.circles
         pairs = circles[begins[circles[:, 0]]]
-        held = _independent(here.compliance, [held], np.arange(self.n))
+        held = _independent(compliance, [held], np.arange(self.n))
         for pair in pairs:
-            only = _only_way(here.compliance, held, self.n_stops + pair)
+            only = _only_way(compliance, held, self.n_stops + pair)
             if only is not None:  # as about a point of the body that sticks
                 ways[pair] = only * np.sign(only @ ways[pair] or 1.0)
         able = able[pairs[:, 0]]
         if (able < 0.0).any() or not (able > 0.0).any():
             return
-        found = onset_directions(here.compliance, here.free, held, self.n_stops + pairs, able)
+        found = onset_directions(compliance, load, held, self.n_stops + pairs, able)
         # What takes nothing yet follows the motion of the others.
         if found is not None and (np.einsum("kr,kr->k", found, ways[pairs]) > _SAME_WAY)[able > 0.0].all():
-            ways[pairs] = found
+            ways[pairs] = np.where(found.any(axis=1)[:, None], found, ways[pairs])
 
     def _weak(
         self, here: LocalDynamics, touching: np.ndarray, forces: np.ndarray, accelerations: np.ndarray
@@ -888,7 +907,7 @@ class Switching(Holding):
         with_others = np.concatenate([np.zeros(self.n_stops, dtype=bool), came_to_rest & self.stuck])
         changed = (were_held != self._at_rest) | blown
         told = np.flatnonzero(is_fired | with_others if len(fired) else changed)
-        became = [(int(i), self._became(i, were_held[i], came_to_rest)) for i in told]
+        became = [(int(i), self._became(i, were_held[i], blown[i], came_to_rest)) for i in told]
         return [x for k, x in enumerate(became) if x[1] and self.names[x[0]] not in self._told(became[:k])]
 
     def _told(self, became: list[tuple[int, str]]) -> set[str]:
@@ -917,13 +936,16 @@ class Switching(Holding):
             rows = np.concatenate([unseen, np.zeros(self.n - self.n_stops, dtype=bool)])
             self.arrays.y[nq:n] += here.holding(rows, here.speeds)
 
-    def _became(self, i: int, was_held: bool, came_to_rest: np.ndarray) -> str:
+    def _became(self, i: int, was_held: bool, is_blown: bool, came_to_rest: np.ndarray) -> str:
         """What became of a stop or a friction.
 
-        Nothing where friction goes on to follow a direction that has turned, or shares a load anew.
+        Nothing where friction goes on to follow a direction that has turned, or shares a load anew, and where the force
+        of a closed stop is zero but does not yet tell that it opens.
         """
         if i < self.n_stops:
-            return "release" if was_held else "impact"
+            if is_blown or not was_held:
+                return "impact"
+            return "" if self.closed[i] else "release"
         if was_held:
             shared_anew = self._in_circles[i - self.n_stops] and self._at_rest[i]
             return "" if shared_anew else "slip"
