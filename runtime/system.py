@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from symgen.runtime.abi import CLOSED, JUMP, SWITCHED, closed_header, setting_names
+from symgen.runtime.code.bridge import evaluate_rows
 from symgen.runtime.errors import RuntimeModelError, UnknownNameError, nearest
 from symgen.runtime.functions import ModelFunctions
 from symgen.runtime.graph.layouts import LIMITS
@@ -332,8 +333,11 @@ class System(ModelFunctions):
             return rows.copy()
         rows = np.zeros((len(p), self.n_precomputed))
         rows[:, : self.n_p] = p
-        for row in rows:
-            self.update_precomputed(row)
+        if self._hoisted:
+            times, made = np.zeros(len(p)), np.zeros((len(p), self.n_precomputed - self.n_p))
+            own = np.ascontiguousarray(p, dtype=float)
+            evaluate_rows(self.setup_address, times, times[:, None], own, made)
+            rows[:, self.n_p :] = made
         self.__dict__["_last_rows"] = key, rows
         return rows.copy()
 

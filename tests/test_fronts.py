@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import inspect
+import itertools
 
 import numpy as np
 import pytest
@@ -74,7 +75,7 @@ def test_chain_is_eliminated_from_both_ends():
     """No front waits for the one right before it, up to where both sides meet."""
     plan = fronts.plan([{j for j in (i - 2, i - 1, i + 1, i + 2) if 0 <= j < 60} for i in range(60)])
     records = [plan.table[r : r + front_ldl.RECORD] for r in plan.table[: plan.n_fronts]]
-    waits = [before[3] == after[0] for before, after in zip(records, records[1:])]
+    waits = [before[3] == after[0] for before, after in itertools.pairwise(records)]
     assert len(waits) > 8
     assert not any(waits[:-2])
 

@@ -8,12 +8,14 @@ import pytest
 from symgen import Model, cos, dot, sin
 from symgen.link import derive
 from symgen.runtime import solve
+from symgen.runtime.ensemble import batch
 from symgen.runtime.ensemble.batch import BatchSettings, LaneBatch
 from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.run import run_ensemble
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.integrate.methods.taylor import taylor
 from symgen.runtime.subsystems import groups, in_lanes
+from symgen.runtime.subsystems.decomposition import divide
 from symgen.runtime.subsystems.in_lanes import InLanes
 
 
@@ -119,6 +121,28 @@ def test_the_bits_of_a_member_of_an_ensemble(early):
         assert np.array_equal(found[f"theta{k}"], e["theta0"][k])
         if k < 11:
             assert np.array_equal(found[f"r{k}"], fewer[f"r{k}"])
+
+
+def test_many_small_ones_share_sixteen_lanes_to_the_same_bits(early, monkeypatch):
+    system = derive(swings(19))
+    options = {"t_end": 1.0, "method": "taylor", "split": True}
+    few = solve(system, **options)
+    monkeypatch.setattr(batch, "has_wide_registers", lambda: True)
+    monkeypatch.setattr(batch, "_FEWEST_FOR_MANY", 19)
+    many = solve(system, **options)
+    assert [in_lanes_of(x)[0].run._lanes.lanes for x in (few, many)] == [8, 16]
+    assert np.array_equal(few.states, many.states)
+
+
+def test_parameters_of_members_are_worked_out_once_for_all():
+    """What follows from each row of them is what follows from it alone, in one call from Python."""
+    whole = derive(swings(9))
+    (kind,), _ = divide(whole)
+    system, p = kind.system, whole.parameter_values()[kind.p]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(type(system), "update_precomputed", None)  # that of one row
+        rows = system.precomputed_rows(p)
+    assert np.array_equal(rows, [system.precomputed(row) for row in p])
 
 
 def test_legs_do_not_depend_on_frames_or_the_end(early, monkeypatch):

@@ -254,7 +254,6 @@ def _differences(
     states = np.empty((n, 2 * k + 2, system.nq + nv))
     states[:, :, : system.nq] = _places_of(system).positions.retractions(q, changes[:, :, :nv])
     states[:, :, system.nq :] = v[:, None] + changes[:, :, nv:]
-    p = p if p.ndim == 1 else np.repeat(p, 2 * k + 2, axis=0)
     a, _ = accelerations_and_multipliers(
         system, p, np.repeat(t, 2 * k + 2), states.reshape(-1, system.nq + nv)
     )

@@ -281,7 +281,7 @@ def function_load(lanes_wide: int) -> Code:
     with code.each(lanes.n_kept) as i:
         newton[i * code.lanes + lane] = code.number(0.0)
     lanes.member_of_lane[lane] = member
-    lanes.frame_of_lane[lane] = lanes.first_frame[member]
+    go_to_frame(lanes, lane, lanes.first_frame[member])
     # Of what can be held, the first blocks of `events.Watched`.
     spread(lanes.widths, lanes.watched, lanes.n_switches)
     spread(lanes.lowest, lanes.watched.behind(lanes.n_switches), lanes.n_switches)
@@ -607,7 +607,7 @@ def write_frames(
     with code.when(lanes.n_frames > 0):
         made = code.variable(0, INTEGER)
         with code.forever() as leave:
-            times = _next_frames(lanes)
+            times = lanes.own("next_frame")
             due = accepted & (times <= t1)
             leave(~code.any(due))
             with code.when(code.equal(made.value, 0)):
@@ -624,18 +624,14 @@ def write_frames(
                     _write_frame(lanes, lane)
 
 
-def _next_frames(lanes: Lanes) -> Value:
-    """The time of each lane's next frame; infinite where there is none."""
-    code = lanes.code
-    place = Rows(
-        code, code.at_entry(f"alloca {code.type_of('lanes')}, align {code.align_of('lanes')}"), NUMBER
-    )
-    with code.each(code.lanes) as lane:
-        number = lanes.frame_of_lane[lane]
-        place[lane] = code.number(float("inf"))
-        with code.when(number < lanes.n_frames):
-            place[lane] = lanes.frame_times[number]
-    return Rows(code, place.address)[0]
+def go_to_frame(lanes: Lanes, lane: Value, number: Value) -> None:
+    """Let a frame be the next one of a lane."""
+    code, numbers = lanes.code, lanes.numbers.single()
+    place = lane + COLUMN["next_frame"] * code.lanes
+    lanes.frame_of_lane[lane] = number
+    numbers[place] = code.number(float("inf"))
+    with code.when(number < lanes.n_frames):
+        numbers[place] = lanes.frame_times[number]
 
 
 def _write_frame(lanes: Lanes, lane: Value) -> None:
@@ -645,7 +641,7 @@ def _write_frame(lanes: Lanes, lane: Value) -> None:
     frame, state = lanes.frames.behind(row), lanes.y_stage.single()
     with code.each(lanes.ny) as i:
         frame[i] = state[i * code.lanes + lane]
-    lanes.frame_of_lane[lane] = number + 1
+    go_to_frame(lanes, lane, number + 1)
 
 
 def function_map(lanes_wide: int) -> Code:

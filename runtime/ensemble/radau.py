@@ -45,8 +45,8 @@ from symgen.runtime.ensemble.writer import INTEGER, Rows, Value
 from symgen.runtime.integrate.jacobian import TRUSTED_PIVOT_RATIO
 from symgen.runtime.integrate.newton import MAX_ITERATIONS
 from symgen.runtime.integrate.radau.coefficients import RadauIIA, radau
-from symgen.runtime.integrate.radau.loop import GROW, GROW_RATE, KEEP_JACOBIAN_RATE, KEEP_STEP, SHRINK
-from symgen.runtime.integrate.radau.newton import _FADING, ROUND_OFF
+from symgen.runtime.integrate.radau.loop import GROW, GROW_RATE, KEEP_STEP, SHRINK
+from symgen.runtime.integrate.radau.newton import _FADING, KEEP_JACOBIAN_RATE, ROUND_OFF
 from symgen.runtime.integrate.step_control import EPS, SAFETY
 
 # What lanes carry from step to step, zero where a member begins: whether they have a Jacobian, one of the present

@@ -56,6 +56,8 @@ COLUMNS = (
     "begun",
     # How far gaps of stops were below zero, in parts of what tolerances allow.
     "sunk",
+    # The time of the next frame; infinite where there is none.
+    "next_frame",
 )  # fmt: skip
 COLUMN = {name: index for index, name in enumerate(COLUMNS)}
 

@@ -106,14 +106,14 @@ def lanes_object_to(member: Subsystem, settings: Settings) -> str:
     if options.max_steps is not None or settings.timetable_of(member.system, method) is not None:
         return "steps are limited"
     try:
-        batch.LaneBatch(member.system, _settings(member, settings))
+        batch.LaneBatch(member.system, _settings(member, 1, settings))
     except (lower.NoLanes, errors.Refusal) as why:
         return str(why)
     return ""
 
 
-def _settings(member: Subsystem, settings: Settings):
-    """Return the settings for lanes, but for the times of a leg."""
+def _settings(member: Subsystem, n: int, settings: Settings):
+    """Return the settings for lanes that `n` such members share, but for the times of a leg."""
     options, method, system = settings.options, member.choice.method, member.system
     level = np.nan
     if system.m:
@@ -128,7 +128,7 @@ def _settings(member: Subsystem, settings: Settings):
         method.name, options.t_start, options.t_end, options.rtol, options.atol, np.zeros(0),
         projection_tol=float(control[at.PROJECTION_TOL]),
         longest=(float(control[at.H_MAX]), float(control[at.H_BASE]), float(control[at.H_SHARE])),
-        scale_energy=bool(np.isfinite(level)),
+        scale_energy=bool(np.isfinite(level)), lanes=batch.lanes_for(system, method.name, n),
     )  # fmt: skip
 
 
@@ -147,8 +147,8 @@ class LaneRun:
     ):
         self.system, self.method, self.times = group.system, group.choice.method, times
         self._group, self._shown, self._settings, self.stops = group, shown, settings, list(stops)
-        self._lanes = _settings(group.members[0], settings)
         n, system = len(group.members), group.system
+        self._lanes = _settings(group.members[0], n, settings)
         self.status, self.message = "success", ""
         self.notes: list[str] = []
         self.samples: list[tuple[float, np.ndarray, float, int]] = []
@@ -196,7 +196,10 @@ class LaneRun:
 
     def _joined(self, states: np.ndarray) -> np.ndarray:
         n = self.system.nq + self.system.nv
-        found = states[:, :, :n].swapaxes(0, 1).reshape(states.shape[1], -1)
+        found = np.empty((states.shape[1], len(states), n))
+        for k in range(n):  # a fifth of the time of all at once, which copies n numbers at a time
+            found[:, :, k] = states[:, :, k].T
+        found = found.reshape(len(found), -1)
         return np.hstack([found, states[:, :, n].sum(axis=0)[:, None]]) if self.system.nw else found
 
     def go_to(self, n_frames: int) -> None:

@@ -191,7 +191,8 @@ class Chooser:
 
     def choose(self, p: np.ndarray, states: np.ndarray) -> list[Choice]:
         """Return the choices for members with these parameters and starts, shapes (n, n_p) and (n, nq + nv)."""
-        return [self._choice(*member) for member in zip(p, states, self._time_scales(p, states), strict=True)]
+        scales = self._time_scales(p, states)
+        return [self._choice(*member) for member in zip(p, states, scales, self._keys(scales), strict=True)]
 
     def _time_scales(self, p: np.ndarray, states: np.ndarray) -> Sequence[TimeScales | None]:
         system, start = self._system, self._settings.options.t_start
@@ -202,9 +203,20 @@ class Chooser:
             return [time_scales(system, *member) for member in zip(p, [start] * len(p), q, v)]
         return time_scales_at(system, p, np.full(len(p), start), q, v)
 
-    def _choice(self, p: np.ndarray, state: np.ndarray, scales: TimeScales | None) -> Choice:
+    def _keys(self, scales: Sequence[TimeScales | None]) -> list[tuple[int, ...]]:
+        """What members that share a method have in common: their time scales, within a factor of two."""
+        if self._formed or self._settings.options.method != "auto" or is_large(self._system):
+            return [()] * len(scales)
+        rates = np.array([(s.fastest, s.decay, s.motion, s.damping) for s in scales]).reshape(-1, 4)
+        return [
+            tuple(key) for key in np.floor(np.log2(np.maximum(np.abs(rates), 1e-30))).astype(int).tolist()
+        ]
+
+    def _choice(
+        self, p: np.ndarray, state: np.ndarray, scales: TimeScales | None, key: tuple[int, ...]
+    ) -> Choice:
         settings, system = self._settings, self._system
-        method, notes = self._method(p, state, scales)
+        method, notes = self._method(p, state, key)
         step, more = choose_step(method, system, p, state, settings.options)
         rate = 1.0 / step if step else 0.0
         if scales is not None and not step:
@@ -212,17 +224,13 @@ class Chooser:
         return Choice(method, step, self._treatment, max(rate, _LEAST_RATE), (*notes, *more))
 
     def _method(
-        self, p: np.ndarray, state: np.ndarray, scales: TimeScales | None
+        self, p: np.ndarray, state: np.ndarray, key: tuple[int, ...]
     ) -> tuple[Method, tuple[str, ...]]:
-        """The method; members whose time scales agree within a factor of two share it."""
+        """The method, which members of one key share."""
         if self._formed:
             return self._formed, ()
-        settings, key = self._settings, ()
-        if scales is not None and settings.options.method == "auto":
-            rates = np.abs([scales.fastest, scales.decay, scales.motion, scales.damping])
-            key = tuple(int(k) for k in np.floor(np.log2(np.maximum(rates, 1e-30))))
         if key not in self._made:
-            found, why = choose_method(self._system, p, state, settings.options)
+            found, why = choose_method(self._system, p, state, self._settings.options)
             self._made[key] = found, tuple(why)
         return self._made[key]
 

@@ -19,6 +19,7 @@ from symgen.runtime.ensemble.lanes import (
     INTERVAL_LONGEST,
     INTERVAL_NEXT,
     Lanes,
+    go_to_frame,
     note_residuals,
     start_members,
 )
@@ -200,6 +201,7 @@ def _run(
     ):  # fmt: skip
         lanes.interval[row] = value
     start_members(lanes, begin)
+    go_to_frame(lanes, code.integer(0), code.integer(0))
     with code.forever() as leave:
         done = attempt(lanes, lanes.own("active") > 0.5)
         leave(code.any(done))

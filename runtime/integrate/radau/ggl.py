@@ -30,7 +30,7 @@ from symgen.runtime.integrate.quaternions import chart_rate, n_quaternions, quat
 from symgen.runtime.integrate.radau.coefficients import RadauIIA, radau
 from symgen.runtime.integrate.radau.coupled import never_coupled
 from symgen.runtime.integrate.radau.error import norm_of_error, weighted
-from symgen.runtime.integrate.radau.newton import Equations
+from symgen.runtime.integrate.radau.newton import Equations, keep_rate_of_full
 from symgen.runtime.integrate.radau.stages import (
     evaluate_stage,
     integrate_work,
@@ -721,5 +721,5 @@ def commit_index2(method, loop, t, t1, w):
 
 INDEX2 = Equations(
     differentiate_index2, factor_index2, predict_index2, improve_index2, filter_index2, rotate_all, never_coupled,
-    n_places_index2, reach_end_index2, commit_index2,
+    keep_rate_of_full, n_places_index2, reach_end_index2, commit_index2,
 )  # fmt: skip

@@ -25,7 +25,7 @@ from symgen.runtime.integrate.radau.error import (
     set_tolerances,
 )
 from symgen.runtime.integrate.radau.ggl import INDEX2, ggl_work
-from symgen.runtime.integrate.radau.newton import Equations, solve_stages
+from symgen.runtime.integrate.radau.newton import Equations, keep_rate_of_full, solve_stages
 from symgen.runtime.integrate.radau.sparse import SPARSE, sparse_radau_work
 from symgen.runtime.integrate.radau.stages import (
     commit_accelerations,
@@ -150,15 +150,13 @@ def solve_error_full(method, w):
 
 FULL = Equations(
     differentiate_full, factor_full, predict_stages, improve_full, filter_full, keep_axes, can_couple,
-    n_places_of_stages, reach_end_by_accelerations, commit_accelerations,
+    keep_rate_of_full, n_places_of_stages, reach_end_by_accelerations, commit_accelerations,
 )  # fmt: skip
 
 
 SHRINK, GROW = 0.2, 8.0
 # A step that would grow by less than this is kept, and with it the factors.
 KEEP_STEP = 1.2
-# With a rate of contraction below this the Jacobian serves another step.
-KEEP_JACOBIAN_RATE = 1e-2
 # Steps that Newton keeps short are far more accurate than was asked. Those of coupled stages are as long as the error
 # lets them be, and its estimate is too small where forces have corners: it counts for so many times as much.
 CARE = 10.0
@@ -346,7 +344,7 @@ def accept_radau(equations, method, error, h, loop, w):
     h_new = min(h / factor, longest_step(loop.control))
     if loop.counters[at.LAST_REJECTED]:
         h_new = min(h_new, h)
-    keep_jacobian = w.numbers[RATE] <= KEEP_JACOBIAN_RATE and not loop.counters[COUPLED]
+    keep_jacobian = w.numbers[RATE] <= equations.keep_rate() and not loop.counters[COUPLED]
     if keep_jacobian and h <= h_new <= KEEP_STEP * h:
         h_new = h
     # A step that was cut at a stop time says nothing against the step that the method wanted.

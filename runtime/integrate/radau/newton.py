@@ -22,6 +22,7 @@ from symgen.runtime.integrate.radau.work import COUPLED, ITERATIONS, LAST_RATE, 
 # Corrections below this many times the round-off of positions, that no longer shrink, are taken for it.
 ROUND_OFF = 4.0
 _FADING = 0.5
+KEEP_JACOBIAN_RATE = 1e-2  # of full matrices
 
 
 class Equations(NamedTuple):
@@ -49,6 +50,9 @@ class Equations(NamedTuple):
     can_couple : (sizes) -> bool
         Returns whether stages may be coupled (`coupled.py`), which `factor` and `improve` know, in a model of such
         sizes.
+    keep_rate : () -> float
+        Returns the rate of contraction of Newton below which the Jacobian serves another step, and the factors one of
+        equal length.
     n_places : (method, loop) -> int
         Returns how many places, ends included, dense output of quaternions goes through.
     reach_end : (method, h, loop, t, t1, w) -> status
@@ -64,9 +68,16 @@ class Equations(NamedTuple):
     filter_error: Callable
     rotate_error: Callable
     can_couple: Callable
+    keep_rate: Callable
     n_places: Callable
     reach_end: Callable
     commit: Callable
+
+
+@jitted
+def keep_rate_of_full():
+    """Return how fast Newton must contract for a full Jacobian to be kept."""
+    return KEEP_JACOBIAN_RATE
 
 
 @jitted

@@ -37,6 +37,10 @@ from symgen.runtime.integrate.sparse import (
     solve_shifted,
 )
 
+# Factors of a sparse matrix cost as much as one to three iterations of Newton: where it contracts more slowly, some
+# iterations more cost less than factors of each step.
+_KEEP_JACOBIAN_RATE = 0.1
+
 
 class SparseRadauWork(NamedTuple):
     """Work arrays of a Radau method with s = 2 k + 1 stages, for n equations; most are those of `RadauWork`.
@@ -186,7 +190,13 @@ def solve_error_sparse(method, w):
         rates[i] = w.right[i]
 
 
+@jitted
+def keep_rate_of_sparse():
+    """Return how fast Newton must contract for a sparse Jacobian to be kept."""
+    return _KEEP_JACOBIAN_RATE
+
+
 SPARSE = Equations(
     differentiate_entries, factor_sparse, predict_stages, improve_sparse, filter_sparse, keep_axes, never_coupled,
-    n_places_of_stages, reach_end_by_accelerations, commit_accelerations,
+    keep_rate_of_sparse, n_places_of_stages, reach_end_by_accelerations, commit_accelerations,
 )  # fmt: skip
