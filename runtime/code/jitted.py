@@ -247,8 +247,8 @@ class LoopStandIn:
         self._wait()
 
     def _wait(self) -> None:
-        self.seconds = self._better[-1][1]
-        stand_ins.wait(self)
+        quality, self.seconds = self._better[-1]
+        stand_ins.wait(self, stand_ins.OF_SCALARS if quality == "vector" else stand_ins.OF_DRAFTS)
 
     def go_over(self) -> None:
         """Make the next better code, and let it be called from now on."""

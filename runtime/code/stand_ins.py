@@ -3,8 +3,9 @@
 LLVM needs six to ten times as long for fast code of a step loop or of a long function as for a draft of it, which
 takes 1.05 to 2 times as long a call; and three to four times as long again for vector code of a loop, with which a
 large model's run is done in 0.5 to 0.95 of the time. All of them give the same bits. So where a machine has no better
-code yet, runs begin in a draft, and go over, between two calls, once these have taken as long as the better code will
-take to make: a run takes at most twice as long as with either, and the next process finds it.
+code yet, runs begin in a draft, and go over, between two calls, once these have taken a fifth as long as the better
+code will take to make (vector code: as long, since its gain is less): what calls have taken so far is the least of what
+they will come to, also in later processes, which find the code.
 """
 
 from __future__ import annotations
@@ -38,6 +39,7 @@ class StandIn(Protocol):
 
 #: Whether the best code is made when it is first asked for.
 at_once = False
+OF_DRAFTS, OF_SCALARS = 0.2, 1.0  # of what better code takes to make: what calls of the other one have to come to
 _lock = threading.Lock()
 _waiting: list[tuple[float, weakref.ref[StandIn]]] = []
 _spent = 0.0
@@ -63,10 +65,17 @@ def none() -> Iterator[None]:
         yield
 
 
-def wait(stand_in: StandIn) -> None:
-    """Let the calls from now on count for `stand_in`, which goes over when that pays; as long as somebody holds it."""
+def wait(stand_in: StandIn, part: float = OF_DRAFTS) -> None:
+    """Let the calls from now on count for `stand_in`, which goes over when that pays; as long as somebody holds it.
+
+    Parameters
+    ----------
+    stand_in : StandIn
+    part : float
+        When that is: of its `seconds`.
+    """
     with _lock:
-        _waiting.append((_spent + stand_in.seconds, weakref.ref(stand_in)))
+        _waiting.append((_spent + part * stand_in.seconds, weakref.ref(stand_in)))
 
 
 def any_waits() -> bool:
