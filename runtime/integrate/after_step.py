@@ -78,7 +78,7 @@ N_POINTS = N_EARLY + N_UNIFORM + 1
 REFINEMENTS = 24
 # A step that is much longer than what went before is looked at part by part, each as long as all before it: functions
 # that come and go many times in it, as teeth do, show their first crossing so.
-SHORTEST_PART = 2.0**-12
+SHORTEST_PART, FIRST_PART = 2.0**-40, 2.0**-6
 # From a step's ends, in parts of the interval next to it, to where the slope there is looked at.
 INWARDS = 1e-3
 CHEBYSHEV = tuple(0.5 * (1.0 - math.cos(math.pi * k / N_UNIFORM)) for k in range(N_UNIFORM + 1))
@@ -160,7 +160,8 @@ def find_event(loop, t0, h, dense, n_terms, y1, buffer, scratch):
     roots = rest[N_POINTS + ne : N_POINTS + 2 * ne]
     table = rest[N_POINTS + 3 * ne : N_POINTS + 3 * ne + N_POINTS * ne]
     scan = Scan(t0, h, dense, n_terms, y, buffer, g, thetas, table)
-    start, end = 0.0, end_of_part(2.0 * loop.control[at.EVENTLESS] / h)
+    eventless = loop.control[at.EVENTLESS]
+    start, end = 0.0, end_of_part(2.0 * eventless / h if eventless > 0.0 else FIRST_PART)
     while True:
         n_points = look_at_part(start, end, y1, loop, scan)
         first = 2.0
