@@ -235,6 +235,19 @@ def test_stops_that_stay_closed_for_a_while(monkeypatch, text):
     assert in_code.ok == by_python.ok
 
 
+@pytest.mark.parametrize("method", ("dop853", "radau5", "taylor"))
+def test_a_pull_that_begins_in_the_last_digits_behind_an_impact_opens_the_stop(method):
+    text = OSCILLATOR.replace("k/2*x^2", "9.81*x").replace("start = 1.0, rate = 0.3", "start = 1.0")
+    text = text.replace("FORCE", "u") + '[inputs]\nu = {}\n[stops.floor]\ngap = "x"\nrestitution = 0\n'
+    model, lands = system(text), np.sqrt(2.0 / 9.81)
+    for ticks in (-4, -1, 0, 1, 4):
+        begins = lands * (1.0 + 2e-16 * ticks)
+        table = Table([0.0, begins, 5.0], [0.0, 20.0, 20.0], kind="hold")
+        run = model.run(2.0, method=method, inputs={"u": table})
+        assert run.states[-1][0] == pytest.approx(0.5 * 10.19 * (2.0 - begins) ** 2, rel=1e-9)
+        assert run.ok
+
+
 def test_jumps_beside_what_is_held_far_from_letting_go_are_not_settled_in_full(monkeypatch):
     """The same as where each jump is: most leave the wall closed and the belt rough enough."""
     model, settled, settle = system(PUSHED), [], Switching.act

@@ -74,7 +74,12 @@ class InputSchedule:
                 seen = read_signals(self._system, sampler.signals.places, t, state, self._arrays.precomputed)
                 sampler.call(t, seen)
                 jumped = jumped or not np.array_equal(before, sampler.values[-1])
-        return self._fix(t) or jumped
+        if self._fix(t):
+            jumped = True
+            begins = max(given.since for given in self._piecewise)
+            if begins > t:  # whoever looks a piece up by the time is to find the one that is in use
+                self._arrays.move_time(begins)
+        return jumped
 
     def _near(self, t: float) -> float:
         """Return up to what distance from `t` [s] another time is the same; the end of the run has no part in it."""
@@ -120,6 +125,8 @@ class _PiecewiseInput:
     ----------
     until : float [s]
         The next break at which steps must end.
+    since : float [s]
+        The last one that was passed.
     """
 
     def __init__(self, pieces: Pieces, everywhere: bool):
@@ -129,13 +136,14 @@ class _PiecewiseInput:
         chosen = np.ones(len(jumps), dtype=bool) if self._fixed else pieces.kinks()
         self._stops, self._jumps = pieces.breaks[chosen].tolist(), jumps[chosen].tolist()
         self._next = 0
-        self.until = math.inf
+        self.until, self.since = math.inf, -math.inf
 
     def enter(self, t: float) -> bool:
         """Go on to the piece that holds at `t`; returns whether the value jumped at a stop since the last call."""
         jumped = False
         while self._next < len(self._stops) and self._stops[self._next] <= t:
             jumped = jumped or self._jumps[self._next]
+            self.since = self._stops[self._next]
             self._next += 1
         self.until = self._stops[self._next] if self._next < len(self._stops) else math.inf
         return jumped
