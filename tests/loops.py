@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import weakref
 
 import numpy as np
 import pytest
@@ -27,9 +26,9 @@ def bare_loop(sizes: np.ndarray, p: np.ndarray, addresses: np.ndarray, y: np.nda
 def forget_machine_code(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let no jitted function have machine code in this process, as if it had met none before.
 
-    Calls that were made before and still live do not wait for vector code meanwhile: their functions are forgotten.
+    What waits for better code meanwhile does not: its functions are forgotten.
     """
-    monkeypatch.setattr(stand_ins, "_waiting", weakref.WeakSet())
+    monkeypatch.setattr(stand_ins, "_waiting", [])
     for module in list(sys.modules.values()):
         if getattr(module, "__name__", "").startswith("symgen.runtime."):
             for value in vars(module).values():
