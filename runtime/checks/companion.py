@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from symgen.runtime.timing.timetable import Timetable
 
 schedule = Late("symgen.runtime.inputs.schedule")
+contact_settings = Late("symgen.runtime.contact.settings")
 taylor_kernel = Late("symgen.runtime.taylor.kernel")
 
 _EXPLICIT = "dop853"
@@ -298,6 +299,21 @@ def is_smooth(system: System) -> bool:
     return not acts and system.source.facts("residual").is_smooth
 
 
+def tell_closed(solution: Solution, t: float, p: np.ndarray) -> None:
+    """Write into `p` which stops were closed at a time of a run.
+
+    Rigid bodies leave open how many stops share a load, and friction tells which of them do: another choice would be
+    another motion, not an error.
+    """
+    if solution.forms is None:
+        return
+    system, frame = solution.system, int(np.searchsorted(solution.t, t))
+    if frame < len(solution.t) and solution.t[frame] == t:
+        closed = contact_settings.Layout(system).closed
+        settings = p[system.settings_of_switches]  # a view
+        settings[closed] = solution.forms.settings[solution.forms.index[frame]][closed]
+
+
 class _CompanionRun(Run):
     """A run that gives up where it has lost the run beside it, or would take too long."""
 
@@ -313,8 +329,9 @@ class _CompanionRun(Run):
         events: float,
     ):
         system, method, p = solution.system, companion.method, solution.p.copy()
-        p[system.n_settable :] = 0.0  # stops and frictions are found to be held, or not, at the start
         t, end = float(times[0]), float(times[-1])
+        p[system.n_settable :] = 0.0  # stops and frictions are found to be held, or not, at the start
+        tell_closed(solution, t, p)
         # What is usual of the constraints is found where the run began: angles that have turned far count as large.
         make = borrow if t == solution.t[0] else LoopArrays  # others begin at all sorts of places
         arrays = make(

@@ -227,7 +227,7 @@ class Instant:
         q, v, change = here.state[:nq], here.state[nq:], here.accelerations(forces)
         free = np.abs(here.accelerations(np.zeros(self.n))).max(initial=0.0)
         change = np.where(
-            np.abs(change) > ROUNDED * free, change, 0.0
+            np.abs(change) > UNDECIDED * free, change, 0.0
         )  # what is balanced has no time of its own
         # Rates that are zero within the tolerances have no time of their own either.
         rates = np.where(np.abs(v) > float(self.arrays.control[at.ATOL]) + ROUNDED, v, 0.0)

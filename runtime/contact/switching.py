@@ -132,7 +132,7 @@ class Holding(LoneFriction):
         if slides:
             movable[: self.n_stops] = False
         found = evened(here, levels, forces, movable, self.layout.circles)
-        if found is None or found[1] <= -_AT_THE_LIMIT:
+        if found is None or found[1] <= 0.0:
             return given, most, none
         movable[: self.n_stops] = False
         return found[0], levels.at(here, found[0]), movable
@@ -518,20 +518,25 @@ class Holding(LoneFriction):
         forces: np.ndarray,
         *,
         same_motion: bool,
+        bearing: np.ndarray | None = None,
     ) -> np.ndarray:
         """Return forces by Coulomb's law with no more stops that press than determine the motion.
 
         Of stops that depend on each other only some can be closed, and not any: where the load is outside of these they
-        would pull. One after another is left out, those that are open first, then those that bear least, as long as
-        what is left holds the load: with frictions far from their limits there always is one (Carathéodory's theorem).
+        would pull. One after another is left out, those that bear nothing so far first, then those that bear least, as
+        long as what is left holds the load: with frictions far from their limits there always is one (Carathéodory's
+        theorem).
 
         Parameters
         ----------
         same_motion : bool
             Whether the motion must be that of `forces`. Where something slides, how a load is shared, which rigid
             bodies leave open, tells how much it rubs where: any motion by the law is right then.
+        bearing : ndarray of bool, optional
+            Which stops bear the load so far; those that are closed if not given.
         """
         small = UNDECIDED * here.sizes_of_free
+        bearing = self.closed if bearing is None else bearing
         while True:
             pressed = acting & (forces > 0.0) & (np.arange(self.n) < self.n_stops)
             if np.count_nonzero(pressed) < 2 and not (here.own[pressed] <= 0.0).any():
@@ -539,7 +544,7 @@ class Holding(LoneFriction):
             if not (pressed & ~_independent(here.compliance, [pressed], np.arange(self.n))).any():
                 return forces
             rows = np.flatnonzero(pressed)
-            for i in rows[np.lexsort((forces[rows], self.closed[rows]))]:
+            for i in rows[np.lexsort((forces[rows], bearing[rows]))]:
                 rest = acting & (pressed | (np.arange(self.n) >= self.n_stops)) & (np.arange(self.n) != i)
                 rest[self.n_stops :] &= self._pressed(rest[: self.n_stops])
                 found = self._holding(here, rest, acting, levels) if same_motion else None
@@ -594,8 +599,9 @@ class Holding(LoneFriction):
         if not weak.any():
             return []
         later, found, _ = self._forces_later(here, acting, forces)
-        levels = self._levels(acting[self.n_stops :], later)
-        found = self._borne_by_few(later, acting, levels, found, same_motion=False)
+        levels, bearing = self._levels(acting[self.n_stops :], later), self._press(here, forces)
+        bearing &= ~weak[: self.n_stops]
+        found = self._borne_by_few(later, acting, levels, found, same_motion=False, bearing=bearing)
         opening = later.free + later.compliance @ found - later.own * found
         opening -= here.free + here.compliance @ forces - here.own * forces
         clear = np.abs(opening) > _CHANGES * here.sizes_of_free
@@ -819,11 +825,15 @@ class Switching(Holding):
     def start(self) -> None:
         """Find what holds at the start, and act on impacts there.
 
+        Of stops that could share a load in many ways, those that `p` says to be closed bear it: where a run is taken up
+        again in its middle, it goes on as it did.
+
         Raises
         ------
         RuntimeModelError
             A stop is violated.
         """
+        self.closed = self.arrays.p[self._places_of_settings][self.layout.closed] != 0.0
         gaps, here = self._watched()[0], self._here()
         for i in np.flatnonzero(gaps < -_VIOLATED * here.sizes[: self.n_stops]):
             raise RuntimeModelError(
@@ -1033,9 +1043,10 @@ class Switching(Holding):
         """Which frictions in planes come to rest with others: slow enough to count as at rest at an event of theirs.
 
         Points of one body stop at one instant, but for errors: the last of them would turn ever faster about others.
+        And what has hardly begun to slide along an aim may go another way about one that sticks.
         """
         near = self._sliding(here) <= _NEARLY * self._slow(here)
-        return self.turning & self._pressed(self.closed) & near
+        return (self.turning | self.aimed) & self._pressed(self.closed) & near
 
     def _decide(
         self, near: np.ndarray, struck: np.ndarray, slow: np.ndarray, aims: np.ndarray | None = None
