@@ -39,7 +39,10 @@ class StandIn(Protocol):
 
 #: Whether the best code is made when it is first asked for.
 at_once = False
-OF_DRAFTS, OF_SCALARS = 0.2, 1.0  # of what better code takes to make: what calls of the other one have to come to
+OF_DRAFTS, OF_SCALARS = (
+    0.2,
+    1.0,
+)  # of what better code takes to make: what calls of the other one have to come to
 _lock = threading.Lock()
 _waiting: list[tuple[float, weakref.ref[StandIn]]] = []
 _spent = 0.0
