@@ -560,7 +560,11 @@ class EventActions:
         # One that is farther past zero than it comes in a short time has jumped with a choice that it is made of.
         far = past > _JUMPED * floor
         if far.any():
-            far &= past > _PART_OF_RISE * np.abs(self._rises(after)[which])
+            # Nothing may be known of round-off, of what was zero as long as nothing touched; a rise may be made of it then.
+            size = np.finfo(float).eps * np.abs(arrays.y[:n]).max(initial=0.0)
+            is_known = (floor > 0.0) | (past > _JUMPED * size)
+            part = np.where(is_known, _PART_OF_RISE, 1.0)
+            far &= past > part * np.abs(self._rises(after)[which])
         past[far | (begins & (past > _CLEAR * floor))] = 0.0
         # What jumped exactly to zero is on neither side yet; what its own motion brought there goes on.
         jumped = far | (begins & (past == 0.0))
@@ -584,8 +588,11 @@ class EventActions:
         arrays = self.arrays
         if not arrays.jumps:
             return False
+        side, at_zero = arrays.event_block(at.SIDE), self._jumps_at_zero()
+        if not at_zero and all(side[k] for k in arrays.jumps):
+            return False
         before = arrays.precomputed[arrays.branches].copy()
-        arrays.event_block(at.SIDE)[self._jumps_at_zero()] = 0.0
+        side[at_zero] = 0.0
         self._choose_branches()
         return not np.array_equal(before, arrays.precomputed[arrays.branches])
 
@@ -596,15 +603,15 @@ class EventActions:
         """
         side = self.arrays.event_block(at.SIDE)
         at_zero = self._jumps_at_zero()
-        if len(at_zero):
+        if at_zero:
             rises = self._rises(np.sign(side[self.arrays.jumps]))
-            side[at_zero[rises[at_zero] == 0.0]] = 0.0
+            side[[k for k in at_zero if rises[k] == 0.0]] = 0.0
 
-    def _jumps_at_zero(self) -> np.ndarray:
-        """Return which jumps are at zero to the last bit, shape (n,)."""
+    def _jumps_at_zero(self) -> list[int]:
+        """Return which jumps are at zero to the last bit."""
         arrays, n = self.arrays, self.system.nq + self.system.nv
         values = self.form.kernel("events")(arrays.t, arrays.y[:n], arrays.p)
-        return np.array([k for k in arrays.jumps if values[k] == 0.0], dtype=int)
+        return [k for k in arrays.jumps if values[k] == 0.0]
 
     def _refuse_sliding(self, which: np.ndarray, at_zero: np.ndarray) -> None:
         """Refuse to go on along a jump to which the force pushes from both sides.

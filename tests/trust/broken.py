@@ -152,7 +152,7 @@ def _lost_energy():
 
 
 def _missed_event():
-    dip = '[events.dip]\nwhen = "cos(130*x) - 0.3"\ndirection = "falling"'
+    dip = '[events.dip]\nwhen = "cos(3000*x) - 0.3"\ndirection = "falling"'
     yield (
         "ripples between long steps of gauss12",
         (_run(lambda: point("0", "x^2/2", dip), 10.0, method="gauss12", start={"x": 1.0}, step=0.4)),
