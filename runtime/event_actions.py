@@ -560,7 +560,7 @@ class EventActions:
         # One that is farther past zero than it comes in a short time has jumped with a choice that it is made of.
         far = past > _JUMPED * floor
         if far.any():
-            # Nothing may be known of round-off, of what was zero as long as nothing touched; a rise may be made of it then.
+            # Nothing is known of the round-off of what was zero as long as nothing touched: a rise may be made of it.
             size = np.finfo(float).eps * np.abs(arrays.y[:n]).max(initial=0.0)
             is_known = (floor > 0.0) | (past > _JUMPED * size)
             part = np.where(is_known, _PART_OF_RISE, 1.0)

@@ -269,8 +269,8 @@ def test_every_part_of_a_model_can_be_in_an_assembly():
     assert held == known
     parts = {x for x in vars(description).values() if dataclasses.is_dataclass(x)} - {
         description.Attractor, description.Description, description.Formula, description.Given, description.Limit,
-        description.Port, description.Sensor, description.Shape, description.Solid, description.StartConditions,
-        description.StartEquation, description.Use, description.Winding,
+        description.Loop, description.Port, description.Sensor, description.Shape, description.Solid,
+        description.StartConditions, description.StartEquation, description.Use, description.Winding,
     }  # fmt: skip
     assert parts == assemblies.NAMES.keys()
     for part, names in assemblies.NAMES.items():
