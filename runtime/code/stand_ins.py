@@ -3,7 +3,7 @@
 LLVM needs six to ten times as long for fast code of a step loop or of a long function as for a draft of it, which
 takes 1.05 to 2 times as long a call; and three to four times as long again for vector code of a loop, with which a
 large model's run is done in 0.5 to 0.95 of the time. All of them give the same bits. So where a machine has no better
-code yet, runs begin in a draft, and go over, between two calls, once these have taken a fifth as long as the better
+code yet, runs begin in a draft, and go over, between two calls, once these have taken a tenth as long as the better
 code will take to make (vector code: as long, since its gain is less): what calls have taken so far is the least of what
 they will come to, also in later processes, which find the code.
 """
