@@ -82,11 +82,8 @@ class Holding(LoneFriction):
         kept = _firmest(here.compliance, kept, firmest, np.concatenate([np.ones(self.n_stops), most]))
         kept = _independent(here.compliance, [kept, *pressing], order)
         self._unpressed = (kept & weak)[: self.n_stops]
-        led = _follow(here.compliance, kept)[self.n_stops :]
-        self.resting = waiting & ~kept[self.n_stops :] & led
-        led_along_and_across = self.resting & self._in_circles & self._all_led(led)
-        self._share(here, (sticks | led_along_and_across) & ~kept[self.n_stops :], forces)
-        self.aimed = self.aimed & ~led_along_and_across
+        self.resting = waiting & ~kept[self.n_stops :] & _follow(here.compliance, kept)[self.n_stops :]
+        self._share(here, sticks & ~kept[self.n_stops :], forces)
         self.aimed = self.aimed & self._pressed(kept[: self.n_stops])  # a stop that takes off bears nothing
         in_touch = touching & (here.speeds[: self.n_stops] <= self._speed_tolerances(here)[: self.n_stops])
         self._check_unique(here, in_touch, kept[self.n_stops :], levels, forces)
