@@ -38,10 +38,8 @@ _EXPLICIT = "dop853"
 _TIGHTER = 0.01
 _LOOSEST, _TIGHTEST = 1e-9, 2e-14  # rtol of companions
 _OF_FIXED_STEPS = 1e-10
-_FEWEST_BY_SERIES, _QUICKER = (
-    32,
-    0.75,
-)  # steps of a run; times of a companion by series, in parts of an explicit one's
+# Steps of a run from which on a companion by series pays; its time, at most, in parts of an explicit one's.
+_FEWEST_BY_SERIES, _QUICKER = 32, 0.75
 _LOOSE, _OF_LOOSE = 1e-5, 1e-3
 # From this rtol and order on no other method is more accurate than the run's own.
 _ALIKE, _HIGH_ORDER = 1e-12, 8
