@@ -20,6 +20,8 @@ from .description import (
     Joint,
     Load,
     Loop,
+    Rolling,
+    Rotor,
     Solid,
     Spring,
 )
@@ -150,22 +152,60 @@ def unit_dimension(unit: str | None) -> Dimension | None:
 
 def items(d: Description) -> Iterator[Item]:
     """All expressions of a description but its definitions, which come first of all (`definition_items`)."""
+    sizes = {c.name: unit_dimension(c.unit) for c in d.coordinates}
+    speeds = {r.name: unit_dimension(r.unit) for r in d.rates}
+    yield from _use_items(d)
+    children = {j.child for j in d.joints}
+    for body in d.bodies:
+        yield from body_items(body, body.name in children)
+    yield from _value_items(d, sizes)
+    for joint in d.joints:
+        yield from joint_items(joint)
+    yield from _place_items(d)
+    yield from _gravity_items(d)
+    yield from _energy_items(d)
+    yield from _force_items(d, sizes, speeds)
+    for c in d.constraints:
+        yield Item("constraints", c.name, c.expression, HOLONOMIC)
+    for loop in d.loops:
+        yield from loop_items(loop, sizes)
+    for r in d.rotors:
+        yield from _rotor_items(r)
+    for c in d.closures:
+        yield from _closure_items(c)
+    for r in d.rolling:
+        yield from _rolling_items(r)
+    yield from _contact_items(d)
+    for c in d.velocity_constraints:
+        yield Item("velocity_constraints", c.name, c.expression, VELOCITY)
+    for name, value in d.outputs:
+        yield Item("outputs", name, value, OBSERVED)
+    yield from _event_items(d, sizes, speeds)
+    for equation in d.start.equations if d.start is not None else ():
+        yield Item("start", equation.key, equation.expression, OBSERVED, unit_dimension(equation.unit))
+    for drawing in d.drawings:
+        yield from _drawing_items(drawing)
+
+
+def _use_items(d: Description) -> Iterator[Item]:
+    """What assemblies are given."""
     for use in d.uses:
         for g in use.given:
             if not isinstance(g.value, (str, float)) and g.kind != "free":
                 role = GIVEN if g.kind == "parameter" else DEFINITION
                 yield Item(f"use.{use.name}", g.key, g.value, role, unit_dimension(g.unit))
-    children = {j.child for j in d.joints}
-    for body in d.bodies:
-        yield from body_items(body, body.name in children)
-    sizes = {c.name: unit_dimension(c.unit) for c in d.coordinates}
-    for x, size in [(c, sizes[c.name]) for c in d.coordinates] + [
-        (r, unit_dimension(r.unit)) for r in d.rates
-    ]:
+
+
+def _value_items(d: Description, sizes: dict[str, Dimension | None]) -> Iterator[Item]:
+    """Starts of coordinates and rates that are expressions of parameters."""
+    starts = [(c, sizes[c.name]) for c in d.coordinates] + [(r, unit_dimension(r.unit)) for r in d.rates]
+    for x, size in starts:
         if x.formula is not None:
             yield Item(x.formula.table, x.formula.key, x.formula.expression, START, size)
-    for joint in d.joints:
-        yield from joint_items(joint)
+
+
+def _place_items(d: Description) -> Iterator[Item]:
+    """What is fixed on bodies: points, frames, springs and bushings between them, axes."""
     framed = {f.name for f in d.frames}
     for point in d.points:
         table = "frames" if point.name in framed else "points"
@@ -178,19 +218,22 @@ def items(d: Description) -> Iterator[Item]:
         yield from _bushing_items(bushing)
     for axis in d.axes:
         yield from _vector_items(f"axes.{axis.name}", "direction", axis.direction, FIXED)
-    for key, value, role, size in (
-        ("potential", d.field, FIELD, times(ACCELERATION, LENGTH)),
-        ("constant", d.gravitation, RATIO, over(times(ACCELERATION, times(LENGTH, LENGTH)), MASS)),
-    ):
-        if value is not None:
-            yield Item("gravity", key, value, role, size)
+
+
+def _gravity_items(d: Description) -> Iterator[Item]:
+    of_attraction = times(ACCELERATION, times(LENGTH, LENGTH))
+    if d.field is not None:
+        yield Item("gravity", "potential", d.field, FIELD, times(ACCELERATION, LENGTH))
+    if d.gravitation is not None:
+        yield Item("gravity", "constant", d.gravitation, RATIO, over(of_attraction, MASS))
     for a in d.attractors:
         yield from _vector_items("gravity", f"attractors.{a.name}.at", a.at, SPANNED, LENGTH)
-        yield Item(
-            "gravity", f"attractors.{a.name}.mu", a.mu, RATIO, times(ACCELERATION, times(LENGTH, LENGTH))
-        )
+        yield Item("gravity", f"attractors.{a.name}.mu", a.mu, RATIO, of_attraction)
     for axis, value in zip("xyz", d.gravity or ()):
         yield Item("gravity", axis, value, GRAVITY, ACCELERATION)
+
+
+def _energy_items(d: Description) -> Iterator[Item]:
     energies = (
         ("kinetic", d.kinetic, KINETIC, ENERGY),
         ("potential", d.potential, POTENTIAL, ENERGY),
@@ -199,7 +242,12 @@ def items(d: Description) -> Iterator[Item]:
     for key, value, role, size in energies:
         if value is not None:
             yield Item("energy", key, value, role, size)
-    speeds = {r.name: unit_dimension(r.unit) for r in d.rates}
+
+
+def _force_items(
+    d: Description, sizes: dict[str, Dimension | None], speeds: dict[str, Dimension | None]
+) -> Iterator[Item]:
+    """Forces on coordinates, derivatives of states, loads."""
     for name, value in d.forces:
         size = over(sizes[name], TIME) if sizes.get(name) else speeds.get(name)
         yield Item("forces", name, value, FORCE_ROLE, None if size is None else over(POWER, size))
@@ -209,33 +257,23 @@ def items(d: Description) -> Iterator[Item]:
         yield Item("states", f"{state.name}.derivative", state.derivative, DERIVATIVE, derivative)
     for load in d.loads:
         yield from _load_items(load)
-    for c in d.constraints:
-        yield Item("constraints", c.name, c.expression, HOLONOMIC)
-    for loop in d.loops:
-        yield from loop_items(loop, sizes)
-    for r in d.rotors:
-        yield Item(f"rotors.{r.name}", "inertia", r.inertia, CONSTANT, INERTIA)
-        yield from _vector_items(f"rotors.{r.name}", "at", r.at, FIXED, LENGTH)
-        if r.angle is not None:
-            yield Item(f"rotors.{r.name}", "angle", r.angle, POSITION, DIMENSIONLESS)
-    for c in d.closures:
-        yield from _closure_items(c)
-    for r in d.rolling:
-        if r.radius is not None:
-            yield Item(f"rolling.{r.name}", r.kind, r.radius, RATIO, LENGTH)
-        yield from _vector_items(f"rolling.{r.name}", "at", r.at, FIXED, LENGTH)
-        if r.height is not None:
-            yield Item(f"rolling.{r.name}", "height", r.height, HEIGHT, LENGTH)
-    yield from _contact_items(d)
-    for c in d.velocity_constraints:
-        yield Item("velocity_constraints", c.name, c.expression, VELOCITY)
-    for name, value in d.outputs:
-        yield Item("outputs", name, value, OBSERVED)
-    yield from _event_items(d, sizes, speeds)
-    for equation in d.start.equations if d.start is not None else ():
-        yield Item("start", equation.key, equation.expression, OBSERVED, unit_dimension(equation.unit))
-    for drawing in d.drawings:
-        yield from _drawing_items(drawing)
+
+
+def _rotor_items(r: Rotor) -> Iterator[Item]:
+    table = f"rotors.{r.name}"
+    yield Item(table, "inertia", r.inertia, CONSTANT, INERTIA)
+    yield from _vector_items(table, "at", r.at, FIXED, LENGTH)
+    if r.angle is not None:
+        yield Item(table, "angle", r.angle, POSITION, DIMENSIONLESS)
+
+
+def _rolling_items(r: Rolling) -> Iterator[Item]:
+    table = f"rolling.{r.name}"
+    if r.radius is not None:
+        yield Item(table, r.kind, r.radius, RATIO, LENGTH)
+    yield from _vector_items(table, "at", r.at, FIXED, LENGTH)
+    if r.height is not None:
+        yield Item(table, "height", r.height, HEIGHT, LENGTH)
 
 
 def definition_items(d: Description) -> Iterator[Item]:

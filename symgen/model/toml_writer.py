@@ -12,6 +12,7 @@ from . import algebra
 from .description import (
     NOTHING,
     Body,
+    Bushing,
     Closure,
     ContactPair,
     Coordinate,
@@ -19,6 +20,7 @@ from .description import (
     Drawing,
     Event,
     Formula,
+    Frame,
     Input,
     Joint,
     Load,
@@ -107,6 +109,17 @@ class _Writer:
             yield f"impacts = {_quoted(d.impacts)}"
 
     def blocks(self, d: Description, tyres: Iterable[Tyre]) -> Iterator[list[str]]:
+        """The tables of a description, in the order in which a person reads a mechanism."""
+        yield from self.quantities(d)
+        yield from self.geometry(d)
+        yield from self.gravity(d)
+        yield from self.forces(d)
+        yield from self.couplings(d, tyres)
+        yield from self.observed(d)
+        yield ["[run]", *(f"{key} = {_literal(value)}" for key, value in d.run.items())]
+
+    def quantities(self, d: Description) -> Iterator[list[str]]:
+        """What has a name and a value: parameters, coordinates, tables, states, inputs, definitions."""
         yield ["[parameters]", *(f"{p.name} = {_number(p.value, p.unit, p.doc)}" for p in d.parameters)]
         yield ["[constants]", *(f"{c.name} = {_number(c.value, c.unit)}" for c in d.constants)]
         own = [c for c in d.coordinates if c.joint is None and not c.integral]
@@ -120,6 +133,9 @@ class _Writer:
         made = {name for s in d.springs for name in (s.measured, s.exerted)}
         made |= {name for b in d.bristles for name in b.made}
         yield ["[definitions]", *self.entries("definitions", [x for x in d.definitions if x[0] not in made])]
+
+    def geometry(self, d: Description) -> Iterator[list[str]]:
+        """Bodies, how they are joined, and what is fixed on them."""
         for body in d.bodies:
             yield self.body(body)
         made = _by_joint(d)
@@ -130,23 +146,15 @@ class _Writer:
             if point.name not in framed:
                 yield self.fixed(f"points.{point.name}", point.body, "at", point.at)
         for frame in d.frames:
-            table = f"frames.{frame.name}"
-            turn = [f"rpy = {self.array(table, 'rpy', frame.rpy)}"] if any(frame.rpy) else []
-            if frame.said:
-                turn = [f"{key} = {self.given(table, key, x)}" for key, x in frame.said]
-            yield [*self.fixed(table, frame.body, "at", frame.at), *turn]
+            yield self.frame(frame)
         for spring in d.springs:
             yield self.spring(spring)
         for bushing in d.bushings:
-            table = f"bushings.{bushing.name}"
-            values = [(key, getattr(bushing, key)) for key in ("stiffness", "damping")]
-            yield [
-                f"[{table}]",
-                f"frames = {_literal(bushing.frames)}",
-                *(f"{key} = {self.array(table, key, x)}" for key, x in values if x),
-            ]
+            yield self.bushing(bushing)
         for axis in d.axes:
             yield self.fixed(f"axes.{axis.name}", axis.body, "direction", axis.direction)
+
+    def gravity(self, d: Description) -> Iterator[list[str]]:
         fields = [(k, x) for k, x in (("potential", d.field), ("constant", d.gravitation)) if x is not None]
         if d.gravity is not None:
             axes = [(a, x) for a, x in zip("xyz", d.gravity, strict=True) if x is not algebra.ZERO]
@@ -160,11 +168,17 @@ class _Writer:
                 f"mu = {self.value('gravity', f'{key}.mu', a.mu)}",
                 *(["gradient = true"] if a.gradient else []),
             ]
+
+    def forces(self, d: Description) -> Iterator[list[str]]:
+        """Energies, forces and loads."""
         energies = [(k, getattr(d, k)) for k in ("kinetic", "potential", "dissipation")]
         yield ["[energy]", *self.entries("energy", [(k, x) for k, x in energies if x is not None])]
         yield ["[forces]", *self.entries("forces", d.forces)]
         for load in d.loads:
             yield self.load(load)
+
+    def couplings(self, d: Description, tyres: Iterable[Tyre]) -> Iterator[list[str]]:
+        """Contacts, constraints and what makes constraints."""
         for table, entry in _contact_tables(d, self):
             yield self.table(table, entry)
         for pair in d.pairs:
@@ -180,12 +194,13 @@ class _Writer:
         for r in d.rolling:
             yield self.rolling(r)
         for tyre in tyres:
-            yield [
-                f"[tyres.{tyre.name}]",
-                *(f"{key} = {self.given(f'tyres.{tyre.name}', key, x)}" for key, x in tyre.given.items()),
-            ]
+            table = f"tyres.{tyre.name}"
+            yield [f"[{table}]", *(f"{key} = {self.given(table, key, x)}" for key, x in tyre.given.items())]
         held = [(c.name, c.expression) for c in d.velocity_constraints]
         yield ["[velocity_constraints]", *self.entries("velocity_constraints", held)]
+
+    def observed(self, d: Description) -> Iterator[list[str]]:
+        """Outputs, events, the start and drawings."""
         yield ["[outputs]", *self.entries("outputs", d.outputs)]
         for event in d.events:
             yield self.event(event)
@@ -193,7 +208,22 @@ class _Writer:
             yield ["[start]", *self.start(d.start)]
         for drawing in d.drawings:
             yield self.drawing(drawing)
-        yield ["[run]", *(f"{key} = {_literal(value)}" for key, value in d.run.items())]
+
+    def frame(self, frame: Frame) -> list[str]:
+        table = f"frames.{frame.name}"
+        turn = [f"rpy = {self.array(table, 'rpy', frame.rpy)}"] if any(frame.rpy) else []
+        if frame.said:
+            turn = [f"{key} = {self.given(table, key, x)}" for key, x in frame.said]
+        return [*self.fixed(table, frame.body, "at", frame.at), *turn]
+
+    def bushing(self, bushing: Bushing) -> list[str]:
+        table = f"bushings.{bushing.name}"
+        values = [(key, getattr(bushing, key)) for key in ("stiffness", "damping")]
+        return [
+            f"[{table}]",
+            f"frames = {_literal(bushing.frames)}",
+            *(f"{key} = {self.array(table, key, x)}" for key, x in values if x),
+        ]
 
     def entries(self, table: str, pairs: Iterable[tuple[str, algebra.Expr]]) -> list[str]:
         return [f"{key} = {self.value(table, key, x)}" for key, x in pairs]
