@@ -96,7 +96,7 @@ def add_tyre(model: Any, name: str, given: Mapping[str, Any]) -> Tyre:
     """
     given = {key: value for key, value in given.items() if value is not None}
     before = _parts(model)
-    pushes = _put_together(model, name, given)
+    pushes = _Maker(model, name, given).put_together()
     made = {key: frozenset(names - before[key]) for key, names in _parts(model).items()}
     return Tyre(name, given, made, pushes)
 
@@ -114,127 +114,175 @@ def _parts(model: Any) -> dict[str, set[str]]:
     }
 
 
-def _put_together(model: Any, name: str, given: Mapping[str, Any]) -> tuple[str, algebra.Expr] | None:
-    """Add the parts of a tyre; returns the force on the coordinate by which its wheel turns, if there is one."""
-    table, sources = f"tyres.{name}", model._sources
+class _Maker:
+    """What adds the parts of one tyre to a model.
 
-    def error(key: str, message: str, hint: str):
-        return sources.error(table, key, message, hint=hint)
+    Attributes
+    ----------
+    planar : bool
+        Whether its body moves in the ground's plane, as seen from above.
+    axle, centre : sequence of Expr
+        Direction and middle of the wheel, by world axes.
+    reach : Expr
+        How much of the axle lies in the ground's plane: the cosine of its camber.
+    """
 
-    def expression(key: str) -> algebra.Expr | None:
-        return sources.expression(given[key], table, key) if key in given else None
+    def __init__(self, model: Any, name: str, given: Mapping[str, Any]) -> None:
+        self.model, self.name, self.given, self.table = model, name, given, f"tyres.{name}"
+        self._check()
+        self.body, self.planar = given["body"], model._bodies[given["body"]].planar
+        model._new_element(name, "tyres", model._loads)
+        self.known = {x.name: x.value for x in (*model._parameters, *model._constants)}
+        self.radius, self.relaxation = self._size("radius"), self._size("relaxation")
 
-    body = given.get("body")
-    if reference_fault(body) is not None or body not in model._bodies:
-        raise error(
-            "body", f"there is no body {body!r:.60} above", "name a body that is declared before the tyre"
-        )
-    for key in ("radius", "relaxation"):
-        if key not in given:
-            raise error(key, f"the key '{key}' is missing", "add it, in metres")
-    if ("stiffness" in given) == ("load" in given):
-        raise error(
-            "load", "the force on the ground is that of a 'stiffness', or a 'load'", "give one of the two"
-        )
-    planar = model._bodies[body].planar
-    if planar and "load" not in given:
-        raise error("stiffness", f"'{body}' is planar, and seen from above", "give a 'load'")
-    model._new_element(name, "tyres", model._loads)
-    radius, relaxation = expression("radius"), expression("relaxation")
+    def put_together(self) -> tuple[str, algebra.Expr] | None:
+        """Add the parts; returns the force on the coordinate by which the wheel turns, if there is one."""
+        self.axle = self._axle()
+        place, self.centre = self._middle()
+        velocity = [sensor("velocity", place, c) for c in _AXES]
+        a = self.axle
+        # A sum of squares, and atan2, have values everywhere, as what pieces of `taylor` choose by must.
+        self.reach = algebra.sqrt(1 - a[2] ** 2 if self.planar else a[0] ** 2 + a[1] ** 2)
+        along = (a[1] / self.reach, -a[0] / self.reach)
+        across = (a[0] / self.reach, a[1] / self.reach)
+        arm = [self.radius * x for x in ((a[2] * a[0]) / self.reach, (a[2] * a[1]) / self.reach, -self.reach)]
+        spinning = self._spinning()
+        turning = self._turning(spinning)
+        slipping = velocity if turning is None else [v + w for v, w in zip(velocity, _cross(turning, arm))]
+        load = self._load()
+        speed = self.model.definition(f"{self.name}_speed", velocity[0] * along[0] + velocity[1] * along[1])
+        ways = [("alpha", across)] if turning is None else [("kappa", along), ("alpha", across)]
+        push = self._push(load, self._slips(ways, slipping, speed))
+        self._act(push, load, arm)
+        if spinning is None:
+            return None
+        torque = _cross(arm, [*push, algebra.ZERO][:3])
+        self.model.force(spinning, sum(x * y for x, y in zip(torque, a)))
+        return spinning.name, self.model._forces[spinning.name][-1]
 
-    known = {x.name: x.value for x in (*model._parameters, *model._constants)}
-    for key, value in (("radius", radius), ("relaxation", relaxation)):
-        size = _value(value, known)
-        if size is not None and not size > 0:
-            message = f"the {key} is not positive at the parameters' values: {size:g} m"
-            raise error(key, message, "look at the parameters in it")
-    axle = _unit_vector(model._components(given.get("axis", (0, 1, 0)), table, "axis"), known)
-    if axle is None:
-        raise error("axis", "the axle has no direction: all its components are zero", "such as [0, 1, 0]")
-    a = model.axis(f"{name}_axle", body, axle)
-    if "at" in given:
-        model.point(f"{name}_centre", body, given["at"])
-        place = f"{name}_centre"
-        centre = [algebra.Symbol(f"{name}_centre_{c}") for c in _AXES]
-    else:
-        place = body
-        centre = [model.definition(f"{name}_centre_{c}", sensor("position", body, c)) for c in _AXES]
-    velocity = [sensor("velocity", place, c) for c in _AXES]
+    def _check(self) -> None:
+        """Refuse what lacks a part, or has two for one."""
+        given, body = self.given, self.given.get("body")
+        if reference_fault(body) is not None or body not in self.model._bodies:
+            message = f"there is no body {body!r:.60} above"
+            raise self.error("body", message, "name a body that is declared before the tyre")
+        for key in ("radius", "relaxation"):
+            if key not in given:
+                raise self.error(key, f"the key '{key}' is missing", "add it, in metres")
+        if ("stiffness" in given) == ("load" in given):
+            message = "the force on the ground is that of a 'stiffness', or a 'load'"
+            raise self.error("load", message, "give one of the two")
+        if self.model._bodies[body].planar and "load" not in given:
+            raise self.error("stiffness", f"'{body}' is planar, and seen from above", "give a 'load'")
 
-    # A sum of squares, and atan2, have values everywhere, as what pieces of `taylor` choose by must.
-    reach = algebra.sqrt(1 - a[2] ** 2 if planar else a[0] ** 2 + a[1] ** 2)
-    along = (a[1] / reach, -a[0] / reach)
-    across = (a[0] / reach, a[1] / reach)
-    down = [(a[2] * a[0]) / reach, (a[2] * a[1]) / reach, -reach]
-    arm = [radius * x for x in down]
-    spinning = None
-    if "spin" in given:
-        spinning = sources.expression(given["spin"], table, "spin")
+    def error(self, key: str, message: str, hint: str):
+        return self.model._sources.error(self.table, key, message, hint=hint)
+
+    def expression(self, key: str) -> algebra.Expr | None:
+        given = self.given
+        return self.model._sources.expression(given[key], self.table, key) if key in given else None
+
+    def factors(self, key: str) -> list[algebra.Expr]:
+        places = enumerate(self.given[key])
+        return [self.model._sources.expression(x, self.table, f"{key}[{k}]") for k, x in places]
+
+    def _size(self, key: str) -> algebra.Expr:
+        size = self.expression(key)
+        value = _value(size, self.known)
+        if value is not None and not value > 0:
+            message = f"the {key} is not positive at the parameters' values: {value:g} m"
+            raise self.error(key, message, "look at the parameters in it")
+        return size
+
+    def _axle(self) -> Sequence[algebra.Expr]:
+        components = self.model._components(self.given.get("axis", (0, 1, 0)), self.table, "axis")
+        axle = _unit_vector(components, self.known)
+        if axle is None:
+            message = "the axle has no direction: all its components are zero"
+            raise self.error("axis", message, "such as [0, 1, 0]")
+        return self.model.axis(f"{self.name}_axle", self.body, axle)
+
+    def _middle(self) -> tuple[str, list[algebra.Expr]]:
+        """The point or body whose velocity is that of the wheel's middle, and where that is."""
+        names = [f"{self.name}_centre_{c}" for c in _AXES]
+        if "at" in self.given:
+            self.model.point(f"{self.name}_centre", self.body, self.given["at"])
+            return f"{self.name}_centre", [algebra.Symbol(name) for name in names]
+        places = [sensor("position", self.body, c) for c in _AXES]
+        return self.body, [self.model.definition(name, x) for name, x in zip(names, places)]
+
+    def _spinning(self) -> algebra.Symbol | None:
+        """The coordinate by which the wheel turns in its body."""
+        if "spin" not in self.given:
+            return None
+        spinning = self.expression("spin")
         if not isinstance(spinning, algebra.Symbol):
-            raise error("spin", "the name of a coordinate is expected here", "that of a rotor or a joint")
-    if planar and spinning is None:
-        turning = None
-    else:
-        turning = [sensor("angular_velocity", body, c) for c in _AXES]
-        if spinning is not None:
-            turning = [w + dot(spinning) * x for w, x in zip(turning, a)]
-    slipping = list(velocity)
-    if turning is not None:
-        slipping = [v + w for v, w in zip(velocity, _cross(turning, arm))]
+            raise self.error(
+                "spin", "the name of a coordinate is expected here", "that of a rotor or a joint"
+            )
+        return spinning
 
-    if "load" in given:
-        load = model.definition(f"{name}_load", expression("load"))
-    else:
-        ground = expression("ground") if "ground" in given else algebra.ZERO
-        depth = model.definition(f"{name}_depth", radius * reach - centre[2] + ground)
-        pressed = expression("stiffness") * depth
-        if "damping" in given:
-            pressed += expression("damping") * dot(depth)
-        load = model.definition(
-            f"{name}_load", where(less(algebra.ZERO, depth), maximum(pressed, algebra.ZERO), algebra.ZERO)
-        )
-    speed = model.definition(f"{name}_speed", velocity[0] * along[0] + velocity[1] * along[1])
+    def _turning(self, spinning: algebra.Symbol | None) -> list[algebra.Expr] | None:
+        """The angular velocity of the wheel; None of one that is only steered."""
+        if self.planar and spinning is None:
+            return None
+        turning = [sensor("angular_velocity", self.body, c) for c in _AXES]
+        return turning if spinning is None else [w + dot(spinning) * x for w, x in zip(turning, self.axle)]
 
-    slips = []
-    ways = [("alpha", across)] if turning is None else [("kappa", along), ("alpha", across)]
-    for key, way in ways:
-        slip = model.definition(f"{name}_{key}_speed", slipping[0] * way[0] + slipping[1] * way[1])
-        state = algebra.Symbol(f"{name}_{key}")
-        derivative = -(slip + algebra.Abs(speed) * state) / relaxation
-        slips.append((model.state(f"{name}_{key}", derivative=derivative), way))
+    def _load(self) -> algebra.Expr:
+        """The force on the ground: as it is given, or that of how deep the tyre is pressed in."""
+        name = f"{self.name}_load"
+        if "load" in self.given:
+            return self.model.definition(name, self.expression("load"))
+        ground = self.expression("ground") if "ground" in self.given else algebra.ZERO
+        deep = self.radius * self.reach - self.centre[2] + ground
+        depth = self.model.definition(f"{self.name}_depth", deep)
+        pressed = self.expression("stiffness") * depth
+        if "damping" in self.given:
+            pressed += self.expression("damping") * dot(depth)
+        touches = less(algebra.ZERO, depth)
+        return self.model.definition(name, where(touches, maximum(pressed, algebra.ZERO), algebra.ZERO))
 
-    def factors(key: str) -> list[algebra.Expr]:
-        return [sources.expression(x, table, f"{key}[{k}]") for k, x in enumerate(given[key])]
+    def _slips(self, ways, slipping: Sequence[algebra.Expr], speed: algebra.Symbol):
+        """A state for each way in which the tyre may slip, with its direction."""
+        slips = []
+        for key, way in ways:
+            of_ground = slipping[0] * way[0] + slipping[1] * way[1]
+            slip = self.model.definition(f"{self.name}_{key}_speed", of_ground)
+            state = algebra.Symbol(f"{self.name}_{key}")
+            derivative = -(slip + algebra.Abs(speed) * state) / self.relaxation
+            slips.append((self.model.state(f"{self.name}_{key}", derivative=derivative), way))
+        return slips
 
-    law = _law_of(error, given)
-    camber = Camber()
-    if _leans(error, given, law, planar):
-        lean = expression("inclination") if "inclination" in given else -algebra.atan2(a[2], reach)
-        lean = model.definition(f"{name}_camber", lean)
-        camber = _camber(expression, factors, given, law, lean)
-        slips[-1] = (slips[-1][0] + camber.slip, slips[-1][1])
-    size = algebra.sqrt(sum(s**2 for s, _ in slips) + _LEAST)
-    slip = model.definition(f"{name}_slip", size)
+    def _push(self, load: algebra.Expr, slips) -> list[algebra.Expr]:
+        """What the ground pushes with, in its plane."""
+        law, camber = _law_of(self.error, self.given), Camber()
+        if _leans(self.error, self.given, law, self.planar):
+            lean = self.expression("inclination")
+            if lean is None:
+                lean = -algebra.atan2(self.axle[2], self.reach)
+            lean = self.model.definition(f"{self.name}_camber", lean)
+            camber = _camber(self.expression, self.factors, self.given, law, lean)
+            slips = [*slips[:-1], (slips[-1][0] + camber.slip, slips[-1][1])]
+        size = algebra.sqrt(sum(s**2 for s, _ in slips) + _LEAST)
+        slip = self.model.definition(f"{self.name}_slip", size)
+        per_slip = load * _per_slip(self.expression, self.factors, law, camber, slip)
+        pushes = [per_slip * s for s, _ in slips]
+        if camber.push != 0:
+            pushes[-1] += load * camber.push
+        names = [f"{self.name}_along", f"{self.name}_across"][-len(slips) :]
+        forces = [(self.model.definition(n, push), way) for n, push, (_, way) in zip(names, pushes, slips)]
+        return [sum(f * way[k] for f, way in forces) for k in range(2)]
 
-    per_slip = load * _per_slip(expression, factors, law, camber, slip)
-    names = [f"{name}_across"] if turning is None else [f"{name}_along", f"{name}_across"]
-    pushes = [per_slip * s for s, _ in slips]
-    if camber.push != 0:
-        pushes[-1] += load * camber.push
-    forces = [(model.definition(n, push), way) for n, push, (_, way) in zip(names, pushes, slips)]
-    push = [sum(f * way[k] for f, way in forces) for k in range(2)]
-    if planar:
-        model.load(name, point=centre[:2], force=push)
-    else:
-        push.append(load if "load" not in given else algebra.ZERO)
+    def _act(self, push: list[algebra.Expr], load: algebra.Expr, arm: Sequence[algebra.Expr]) -> None:
+        """Let the push, with the load where that is the tyre's own, act on the body."""
+        if self.planar:
+            self.model.load(self.name, point=self.centre[:2], force=push)
+            return
+        push.append(load if "load" not in self.given else algebra.ZERO)
         torque = _cross(arm, push)
-        model.load(name, point=centre, force=push)
-        model.load(f"{name}_turning", body=body, torque=torque)
-    if spinning is None:
-        return None
-    torque = _cross(arm, [*push, algebra.ZERO][:3])
-    model.force(spinning, sum(x * y for x, y in zip(torque, a)))
-    return spinning.name, model._forces[spinning.name][-1]
+        self.model.load(self.name, point=self.centre, force=push)
+        self.model.load(f"{self.name}_turning", body=self.body, torque=torque)
 
 
 def _law_of(error, given: Mapping[str, Any]) -> str:
