@@ -44,7 +44,7 @@ def borrow(
     """
     given = p, t, state
     kept = None
-    if not (system.events or system.input_descriptions) and frame_times.size * system.ny <= _LARGEST:
+    if system.is_repeatable and not system.events and frame_times.size * system.ny <= _LARGEST:
         kinds = vars(system).setdefault("_kept_arrays", {})
         kind = id(method), frame_times.tobytes(), rtol, step, bool(np.isfinite(energy_level)), log_length
         if len(kinds) >= _MOST_KINDS and kind not in kinds:

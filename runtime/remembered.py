@@ -17,14 +17,14 @@ T = TypeVar("T")
 def remembered(system: System, key: Hashable, make: Callable[[], T]) -> T:
     """Return what `make` returns, or returned the last time; it is kept with the system and must not be changed.
 
-    Nothing is kept of inputs over time: what they are does not stand in `p`.
+    Nothing is kept of controllers: what they say does not stand in `p`.
 
     Parameters
     ----------
     key : hashable
         All that the result depends on besides the system; arrays by their bytes.
     """
-    if system.input_descriptions or system.nq > LARGEST:
+    if not system.is_repeatable or system.nq > LARGEST:
         return make()
     known = vars(system).setdefault("_starts", {})
     found = known.get(key)

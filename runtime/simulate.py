@@ -221,7 +221,7 @@ def _opening_of(
     if opening is not None:
         return opening
     opening = _open(system, options, choice, began)
-    if key is not None and not opening.is_moved and opening.timetable is None:
+    if key is not None and opening.system.is_repeatable and opening.timetable is None:
         if len(known) >= _MOST_OPENINGS:
             known.clear()
         known[key] = opening

@@ -128,6 +128,7 @@ class System(ModelFunctions):
         set_("_known_functions", {})
         set_("n_precomputations", 0)
         set_("_lock", threading.RLock())
+        set_("_of_model", frozenset((*vars(self), "_of_model")))  # all else is kept from what was asked of it
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise AttributeError(f"a System is constant: {name!r} cannot be set")
@@ -152,6 +153,11 @@ class System(ModelFunctions):
     def has_feedback(self) -> bool:
         """Whether controllers act at every instant."""
         return False
+
+    @property
+    def is_repeatable(self) -> bool:
+        """Whether what depends on the model, `p` and the start may be kept: nothing in it acts by what it has seen."""
+        return True
 
     @property
     def input_descriptions(self) -> Mapping[str, str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 import re
 from dataclasses import replace
 
@@ -28,6 +29,11 @@ X = np.array([1.0, -2.0, 0.5, 0.5, 3.0])
 
 def options(name, step=0.02):
     return {"method": name, **({"rtol": 1e-9, "atol": 1e-11} if METHODS[name].adaptive else {"step": step})}
+
+
+def fresh(system):
+    """The same model, of which nothing has been asked yet."""
+    return pickle.loads(pickle.dumps(system))
 
 
 def driven(system, **inputs):
@@ -338,3 +344,51 @@ def test_numbers_without_a_square_are_named_where_a_run_fails(method):
     stiff = system.run(2.0, method=method, parameters={"k": 1e308})
     assert "input 'u' is as large as 1e+308" in pushed.message
     assert "parameter 'k' is as large as 1e+308" in stiff.message
+
+
+@pytest.mark.parametrize("name", ["taylor", "dop853", "radau5", "rk4"])
+@pytest.mark.parametrize("model", [crane, closed_crane])
+def test_what_runs_before_have_left_changes_no_bit(model, name):
+    """Code and arrays of a driven model serve the next run with the same inputs."""
+    used = fresh(model())
+    for kind in ("linear", "cubic", "hold"):
+        settings = {"inputs": {"u": Table(T, X, kind=kind)}, **options(name)}
+        whole = fresh(model()).run(2.0, **settings)
+        used.run(2.0)
+        used.run(1.0, **settings)
+        for run in (used.run(2.0, **settings), used.run(2.0, **settings)):
+            assert run.states.tobytes() == whole.states.tobytes()
+            assert run.step_log.tobytes() == whole.step_log.tobytes()
+            assert run.energy.total.tobytes() == whole.energy.total.tobytes()
+            assert run.notes == whole.notes
+
+
+def test_one_system_serves_all_runs_of_the_same_inputs():
+    system = crane()
+    table = Table(T, X)
+    first = driven(system, u=table)
+    assert driven(system, u=Table(T.copy(), X.copy())) is first
+    assert driven(system, u=Table(T, X, kind="cubic")) is not first
+    assert driven(system, u=Table(T, 2.0 * X)) is not first
+    said = Controller(lambda t, x: 0.0, period=0.1)
+    assert driven(system, u=said) is not driven(system, u=said)
+
+
+def test_driven_systems_are_kept_within_bounds():
+    system = fresh(crane())
+    for k in range(30):
+        driven(system, u=Table(T, X + k))
+    assert len(vars(system)["_driven"]) < 10
+    last = driven(system, u=Table(T, X + 29))
+    assert driven(system, u=Table(T, X + 29)) is last
+    long = Table(np.arange(200_000.0), np.arange(200_000.0) ** 2)
+    assert driven(system, u=long) is not driven(system, u=long)
+
+
+def test_what_was_found_of_constant_inputs_does_not_hold_for_others():
+    """Methods, sizes and limits of steps are asked for anew, whichever run came first."""
+    system = fresh(closed_crane())
+    assert system.run(1.0).health
+    found = set(vars(system)) - system._of_model - {"_compiled_setup", "_values_of_runs"}
+    assert found
+    assert not found & set(vars(driven(system, u=Table(T, X))))

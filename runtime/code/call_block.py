@@ -16,7 +16,7 @@ import numpy as np
 from symgen.runtime.code import engine, stand_ins
 from symgen.runtime.code.bridge import KERNEL_PROTOTYPE
 from symgen.runtime.code.jitted import DISABLE_JIT
-from symgen.runtime.code.native import flat
+from symgen.runtime.code.native import argument_types, flat
 from symgen.runtime.record import record
 
 if TYPE_CHECKING:
@@ -40,6 +40,9 @@ _SLOTS = {
     ctypes.c_double: "d",
     ctypes.c_uint8: "B7x",
 }
+_known: dict[
+    str, tuple[struct.Struct, engine.MachineCode, int]
+] = {}  # by types of arguments, of which there are few
 _FAILED = -1000.0  # what is written where the function has raised an exception
 
 
@@ -90,12 +93,12 @@ def call_block(function: Jitted, *args: Any) -> CallBlock:
     """
     if DISABLE_JIT:
         return _interpreted(function, args)
-    kinds, values = flat(args)
-    owner, address = _code(tuple(_TYPES[kind] for kind in kinds))
-    slots = _packing(tuple(kinds)).pack(0, *(0 if x is None else x for x in values))
+    variant = function.variant(args)
+    packing, owner, address = _passing(variant[0], args)
+    slots = packing.pack(0, *(0 if x is None else x for x in flat(args)))
     block = np.frombuffer(bytearray(slots), dtype=np.float64)
     call = CallBlock(address, block, KERNEL_PROTOTYPE(address), np.zeros(1), (args, owner))
-    call.take(function.follow(call, *args))
+    call.take(function.follow(call, args, variant))
     return call
 
 
@@ -110,10 +113,14 @@ def _interpreted(function: Any, args: tuple) -> CallBlock:
     return CallBlock(address, np.zeros(1), callback, np.zeros(1), args)
 
 
-@functools.lru_cache(maxsize=64)
-def _packing(kinds: tuple[type, ...]) -> struct.Struct:
-    """Return how a function's address and arguments of such types are laid out in a block."""
-    return struct.Struct("=Q" + "".join(_SLOTS[kind] for kind in kinds))
+def _passing(types: str, args: tuple) -> tuple[struct.Struct, engine.MachineCode, int]:
+    """Return how a function's address and such arguments are laid out in a block, and the code that passes them on."""
+    found = _known.get(types)
+    if found is None:
+        kinds = argument_types(args)
+        layout = struct.Struct("=Q" + "".join(_SLOTS[kind] for kind in kinds))
+        found = _known[types] = layout, *_code(tuple(_TYPES[kind] for kind in kinds))
+    return found
 
 
 @functools.lru_cache(maxsize=64)

@@ -93,17 +93,22 @@ class Jitted:
         """Return the best code for arguments of these types, for callers that are machine code themselves."""
         return self._code(args, at_once=True)
 
-    def follow(self, block: Follower, *args: Any) -> native.NativeFunction:
-        """Return code for arguments of these types; `block` is told when there is better."""
-        self._code(args)
+    def variant(self, args: tuple) -> Variant:
+        """Return what code for such arguments is of."""
+        return _variant(args)
+
+    def follow(self, block: Follower, args: tuple, variant: Variant) -> native.NativeFunction:
+        """Return code for arguments of a `variant`; `block` is told when there is better."""
+        self._code(args, variant)
         with _lock:
-            variant = _variant(args)
             if variant in self._stand_ins:
                 self._stand_ins[variant].followers.add(block)
             return self._loaded[variant]
 
-    def _code(self, args: tuple, *, at_once: bool = False) -> native.NativeFunction:
-        variant, at_once = _variant(args), at_once or stand_ins.at_once
+    def _code(
+        self, args: tuple, variant: Variant | None = None, *, at_once: bool = False
+    ) -> native.NativeFunction:
+        variant, at_once = variant or _variant(args), at_once or stand_ins.at_once
         code = self._loaded.get(variant)
         if code is None or (at_once and variant in self._stand_ins):
             with _lock:

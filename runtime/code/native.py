@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from symgen.runtime.code import engine
+from symgen.runtime.code.bridge import address_of
 
 RESULTS = {"int64": ctypes.c_int64, "float64": ctypes.c_double, "bool": ctypes.c_uint8}
 _RETURNED = (0, -2)  # Numba's return codes for a value and for None
@@ -90,7 +91,7 @@ def _layout(value: Any) -> str:
 
 def _flatten(value: Any, out: list) -> None:
     if isinstance(value, np.ndarray):
-        out += [None, None, value.size, value.itemsize, value.ctypes.data, *value.shape, *value.strides]
+        out += [None, None, value.size, value.itemsize, address_of(value), *value.shape, *value.strides]
     elif isinstance(value, tuple):
         for item in value:
             _flatten(item, out)
@@ -118,12 +119,12 @@ def argument_types(args: tuple) -> list:
     return kinds
 
 
-def flat(args: tuple) -> tuple[list, list]:
-    """Return the types in C of flat arguments, and their values."""
+def flat(args: tuple) -> list:
+    """Return arguments one by one, as they are passed."""
     values: list = []
     for value in args:
         _flatten(value, values)
-    return argument_types(args), values
+    return values
 
 
 def pack(code: bytes, symbol: str, results: list[str], needs: list[str]) -> bytes:
@@ -184,7 +185,7 @@ class NativeFunction:
 
     def bind(self, *args: Any) -> Callable[[], Any]:
         """Return the call with these arguments, for calls in a row: converting arrays takes longer than a short run."""
-        _, values = flat(args)
+        values = flat(args)
         result, error = self._result(), ctypes.c_void_p()
         pointers = [ctypes.addressof(result), ctypes.addressof(error)]
         passed = [kind(value) for kind, value in zip(self._call.argtypes, pointers + values)]

@@ -23,6 +23,7 @@ function = Late("symgen.runtime.inputs.function")
 _LEAST_TICKS = 16  # of floating-point time in a period, as in a step
 _ROUGH = 1e-6  # error of a function's pieces, in parts of its largest value
 _MOST_SAMPLES = 1e8  # all of them are kept
+_MOST_KEPT, _LARGEST_KEPT = 8, 100_000  # systems that are kept with a model, and numbers of their pieces
 # What inputs may not stand in: their rates of change are not known there.
 _FIXED = ("energy", "mass_matrix", "constraint_residual", "gamma")
 _WITH_RATES = (
@@ -100,7 +101,24 @@ def drive(
             raise RuntimeModelError(f"input {name!r}: {fault}") from None
     followed = {numbers[name] for name in rates} | set(rates.values())
     _refuse_rates(system, sorted(numbers[name] for name in taken), followed)
-    return DrivenSystem(system, pieces, samplers, feedback, notes)
+    if samplers or feedback:
+        return DrivenSystem(system, pieces, samplers, feedback, notes)
+    return _driven_by(system, pieces, notes)
+
+
+def _driven_by(system: System, pieces: Mapping[int, Pieces], notes: list[str]) -> DrivenSystem:
+    """Return the system that such pieces drive: one of a run before, with its code, where these were the same."""
+    if sum(x.coefficients.size for x in pieces.values()) > _LARGEST_KEPT:
+        return DrivenSystem(system, pieces, notes=notes)
+    content = ((k, x.knots.tobytes(), x.coefficients.tobytes(), x.degree) for k, x in sorted(pieces.items()))
+    key = *content, *notes
+    known = vars(system).setdefault("_driven", {})
+    with system._lock:
+        driven = known.pop(key, None) or DrivenSystem(system, pieces, notes=notes)
+        if len(known) >= _MOST_KEPT:
+            del known[next(iter(known))]
+        known[key] = driven  # behind those of runs before
+    return driven
 
 
 def _refuse_lost(pieces: Pieces, t_start: float, t_end: float) -> None:

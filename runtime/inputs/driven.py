@@ -35,11 +35,8 @@ feedback_code = Late("symgen.runtime.inputs.feedback")
 _PATH = ctypes.CFUNCTYPE(
     None, ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p
 )
-# Set anew, not taken over from the model: what belongs to its own kernels.
-_OWN = (
-    "_kernels", "_machine_code", "_taylor", "_lane_kernels", "_guards", "_all_guards", "_closed", "_starts",
-    "_openings",
-)  # fmt: skip
+# Taken over from the model besides what it is made with: what its parameters may be, and what works them out.
+_TAKEN_OVER = frozenset(("_make_values_of_runs", "_values_of_runs", "_compiled_setup"))
 
 
 @dataclass(frozen=True)
@@ -119,7 +116,8 @@ class DrivenSystem(System):
         notes: Sequence[str] = (),
     ):
         own = self.__dict__
-        own.update({key: value for key, value in base.__dict__.items() if key not in _OWN})
+        taken_over = base._of_model | _TAKEN_OVER
+        own.update({key: value for key, value in base.__dict__.items() if key in taken_over})
         own.update(
             base=base,
             samplers=tuple(samplers),
@@ -177,6 +175,11 @@ class DrivenSystem(System):
     def has_feedback(self) -> bool:
         """Whether controllers act at every instant."""
         return bool(self.feedback)
+
+    @property
+    def is_repeatable(self) -> bool:
+        """Whether tables and polynomials are all that acts; see `System.is_repeatable`."""
+        return not self.controllers
 
     def refuse_faults(self) -> None:
         """Raise `InputFault` if a continuous controller has raised an error since the last time."""
