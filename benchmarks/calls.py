@@ -3,7 +3,7 @@
 Processor time of repeated runs, the least of many turns: the loop alone, a prepared run, the same with checks at the
 end, `system.run`, and its health report; SciPy's `solve_ivp` on the same compiled right-hand side, where there are no
 constraints. Then many rows on one thread and on two, by the clock, and rows of constrained models whose starts have to
-be assembled, beside the same from starts that meet the constraints.
+be assembled, beside the same from starts that meet the constraints; and calls of runs that go through Python.
 """
 
 from __future__ import annotations
@@ -25,6 +25,20 @@ _MODELS = (
     ("slider_crank", 5.0),
     ("andrews_squeezer", 0.03),
     ("seven_dof_arm", 5.0),
+)
+_BY_PYTHON = (
+    ("cart_pole", {"F": (np.linspace(0.0, 5.0, 11), np.sin(np.linspace(0.0, 5.0, 11)))}),
+    *(
+        (name, None)
+        for name in (
+            "rack_and_pinion",
+            "active_suspension",
+            "rough_road",
+            "clutch",
+            "door_stop",
+            "stick_slip",
+        )
+    ),
 )
 _TURNS, _REPEATS, _ROWS = 15, 20, 2000
 
@@ -52,6 +66,9 @@ def main() -> None:
         print(
             f"{name}, {_ROWS} rows: a start is assembled in {of_assembly:.1f} µs, its run takes {of_run:.1f}"
         )
+    for name, inputs in _BY_PYTHON:
+        call, whole, steps, events, why = by_python(name, inputs)
+        print(f"{name}: call {call:.0f} µs, run() {whole:.0f}, {steps} steps, {events} events; {why}")
 
 
 def measure(name: str, t_end: float) -> tuple:
@@ -86,6 +103,20 @@ def measure(name: str, t_end: float) -> tuple:
             least[k] = min(least[k], (time.thread_time() - began) / repeats)
     least[4] -= least[3]
     return run.method, *(1e6 * least)
+
+
+def by_python(name: str, inputs: dict | None) -> tuple[float, float, int, int, str]:
+    """Return the least processor times [µs] of a prepared call and of `run()`, steps, events, and why it is Python."""
+    system, t_end = symgen.load(name), 5.0
+    run = system.prepare(t_end, inputs=inputs)
+    ways, least = (run, lambda: system.run(t_end, inputs=inputs)), [np.inf, np.inf]
+    for _ in range(_TURNS):
+        for k, way in enumerate(ways):
+            began = time.thread_time()
+            way()
+            least[k] = min(least[k], time.thread_time() - began)
+    found = ways[1]()
+    return 1e6 * least[0], 1e6 * least[1], found.stats["steps"], len(found.events), run.why_python
 
 
 def loop_alone(run: PreparedRun, state: np.ndarray) -> Callable[[], object]:
