@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
+from sympy import Abs
 
-from symgen import Model, dot, sqrt
+from symgen import Model, cos, dot, sin, sqrt
 from symgen.errors import ModelError
 from symgen.runtime.checks.held import held
 
@@ -322,3 +323,34 @@ def test_what_sticks_has_a_force_of_its_own_where_sliding_knows_how_fast():
         again.friction("f", coordinate=x, force="level", **more)
         with pytest.raises(ModelError, match=r"cannot depend on a rate.*give 'static'"):
             again.derive()
+
+
+def arm_on_a_dry_hinge(with_choice: bool):
+    """A double pendulum whose lower hinge rubs; a force of nothing with a choice by the rate that sticks, or none."""
+    m = Model("arm", gravity=(0, "-9.81 m/s^2"))
+    a, b = m.coordinate("a", start=0.8, rate=0.3), m.coordinate("b", start=-0.2, rate=1.0)
+    k, soft, nothing = m.parameters(k="57 N*m", soft="13.2 N*m", nothing="0 N*m*s")
+    m.body("upper", mass="2.2 kg", com=(0.5 * sin(a), -0.5 * cos(a)))
+    m.body("lower", mass="3 kg", com=(0.5 * sin(a) + 0.5 * sin(b), -0.5 * cos(a) - 0.5 * cos(b)))
+    m.force(a, -k * a)
+    m.force(b, -soft * b)
+    if with_choice:
+        m.force(b, -nothing * Abs(dot(b)))
+    m.friction("hinge", speed=dot(b), torque="4 N*m")
+    return m.derive()
+
+
+@pytest.mark.parametrize(
+    ("method", "rtol", "allowed"),
+    [("taylor", 1e-8, 1e-9), ("dop853", 1e-8, 1e-7), ("dopri5", 1e-8, 1e-7), ("radau5", 1e-8, 1e-6)],
+)
+def test_a_choice_that_is_held_at_its_threshold_moves_no_other_event(method, rtol, allowed):
+    """It counted as at one instant with whatever came in its step, which then came at the end of that."""
+    with_choice, without = (
+        arm_on_a_dry_hinge(x).run(4.0, method=method, rtol=rtol, atol=1e-10) for x in (True, False)
+    )
+    assert [e.action for e in with_choice.events] == [e.action for e in without.events]
+    assert "slip" in [e.action for e in without.events]
+    times = [[e.t for e in run.events] for run in (with_choice, without)]
+    np.testing.assert_allclose(*times, rtol=0.0, atol=allowed)
+    np.testing.assert_allclose(with_choice.states[-1], without.states[-1], rtol=0.0, atol=10.0 * allowed)

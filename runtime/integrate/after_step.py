@@ -84,6 +84,9 @@ INWARDS = 1e-3
 CHEBYSHEV = tuple(0.5 * (1.0 - math.cos(math.pi * k / N_UNIFORM)) for k in range(N_UNIFORM + 1))
 GOLDEN = (3.0 - math.sqrt(5.0)) / 2.0
 EPS = float(np.finfo(float).eps)
+WITHIN = (
+    8.0  # times round-off: how far past zero an event's function may be where another of its instant is found
+)
 
 
 class Scan(NamedTuple):
@@ -419,12 +422,20 @@ def gather(first, roots, n_points, loop, scan):
     t0, h = scan.t0, scan.h
     same = 8.0 * EPS * max(abs(t0 + h), h)
     last = first
+    leader = 0
+    while roots[leader] != first:
+        leader += 1
     for e in range(ne):
         fired = roots[e] <= 1.0 and (roots[e] - first) * h <= same
         if roots[e] <= 1.0 and not fired:
             # Its function may only be rounded differently: then it is at zero all the way to its own root.
             event_values(0.5 * (first + roots[e]), True, loop, scan, scan.g)
             fired = abs(scan.g[e]) <= loop.control[at.N_CONTROL + at.FLOOR * ne + e]
+        if fired and roots[e] > last:
+            # So is what is held at zero, as the choice by a rate that sticks: the instant is that of the first one.
+            event_values(roots[e], True, loop, scan, scan.g)
+            floor = loop.control[at.N_CONTROL + at.FLOOR * ne + leader]
+            fired = abs(scan.g[leader]) <= WITHIN * floor or (roots[e] - first) * h <= same
         loop.control[at.N_CONTROL + at.FIRED * ne + e] = 1.0 if fired else 0.0
         if fired:
             last = max(last, roots[e])
