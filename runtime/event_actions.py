@@ -100,8 +100,14 @@ def arm_events(
         if fired is not None:
             sunk[fired] *= 2.0  # what sinks although its rates rise fires a few times, not for ever
         band[one_sided] = np.maximum(floor, bands)[one_sided] + sunk[one_sided]
+    band[arrays.jumps] = np.maximum(band[arrays.jumps], _nothing(system, arrays))
     arrays.event_block(at.FLOOR)[:], arrays.event_block(at.BAND)[:] = floor, band
     side[:] = np.where(np.abs(g) > band, np.sign(g), at.LEANING * lean)
+
+
+def _nothing(system: System, arrays: LoopArrays) -> float:
+    """Return what of the argument of a choice is as good as zero: a rate that sticks has no round-off of its own."""
+    return plain_events.NOTHING * float(np.abs(arrays.y[: system.nq + system.nv]).max(initial=0.0))
 
 
 def renew_bands(system: System, arrays: LoopArrays, fired: np.ndarray, jumped: np.ndarray) -> None:
@@ -113,6 +119,7 @@ def renew_bands(system: System, arrays: LoopArrays, fired: np.ndarray, jumped: n
     past = np.where(jumped, 0.0, past_event(arrays, g, floor))
     band = floor.copy()
     band[fired] += past[fired]
+    band[arrays.jumps] = np.maximum(band[arrays.jumps], _nothing(system, arrays))
     kept = np.isinf(arrays.event_block(at.BAND))
     arrays.event_block(at.FLOOR)[:], arrays.event_block(at.BAND)[:] = floor, np.where(kept, np.inf, band)
     arrays.event_block(at.SIDE)[jumped] = np.sign(g[jumped])
@@ -571,7 +578,7 @@ class EventActions:
         arrays.event_block(at.SIDE)[which] = np.where(
             jumped, np.sign(values[which]), at.LEANING * after[chosen]
         )
-        arrays.event_block(at.BAND)[which] = floor + past
+        arrays.event_block(at.BAND)[which] = np.maximum(floor + past, _nothing(self.system, arrays))
         self._leave_what_stays()
         arrays.take_branches()
         self.n_jumps += len(which)

@@ -351,6 +351,7 @@ def test_a_choice_that_is_held_at_its_threshold_moves_no_other_event(method, rto
     )
     assert [e.action for e in with_choice.events] == [e.action for e in without.events]
     assert "slip" in [e.action for e in without.events]
+    assert with_choice.stats["steps"] < 1.3 * without.stats["steps"]
     times = [[e.t for e in run.events] for run in (with_choice, without)]
     np.testing.assert_allclose(*times, rtol=0.0, atol=allowed)
     np.testing.assert_allclose(with_choice.states[-1], without.states[-1], rtol=0.0, atol=10.0 * allowed)

@@ -31,6 +31,9 @@ ROUND_OFF = 4.0 * float(np.finfo(float).eps)
 ON_CONSTRAINTS = 4.0  # times round-off: `event_actions._PROJECTION_NOISE`
 EPS = float(np.finfo(float).eps)
 CLEAR, PART_OF_FLIGHT, AHEAD = 8.0, 1e-2, 1e-6
+# Of the largest number of a state: as good as zero for the argument of a choice. A rate that sticks is off by more than
+# the round-off of itself.
+NOTHING = 1e-3 * EPS
 # Times its change in the last digits of time behind an event: a function that changed so much more in those before it
 # has jumped.
 JUMPED = 1e6

@@ -18,6 +18,7 @@ from symgen.runtime.integrate.plain_events import (
     AHEAD,
     BEGINNING,
     CLEAR,
+    NOTHING,
     fired_alone,
     has_room,
     is_at_break,
@@ -123,7 +124,7 @@ def act(loop, own):
     if slides(event, k, floor, loop, own) or stays(own):
         return False
     loop.control[at.N_CONTROL + at.SIDE * ne + event] = side
-    loop.control[at.N_CONTROL + at.BAND * ne + event] = floor + past
+    loop.control[at.N_CONTROL + at.BAND * ne + event] = max(floor + past, NOTHING * largest(loop))
     for j in range(n):
         loop.p[own.counts[FIRST_BRANCH] + j] = own.after[j]
     own.counts[N_JUMPS] += 1
@@ -173,10 +174,7 @@ def rise(event, loop, own):
     n = nq + nv
     take_branches(own.after, own)
     call_kernel(own.addresses[RHS], t, loop.y, own.branched, own.row)
-    largest = 0.0
-    for j in range(n):
-        largest = max(largest, abs(loop.y[j]))
-    least, fastest = min(max(largest, 1e-3), 1.0), 0.0
+    least, fastest = min(max(largest(loop), 1e-3), 1.0), 0.0
     for j in range(n):
         fastest = max(fastest, abs(own.row[j]) / max(abs(loop.y[j]), least))
     dt = AHEAD / fastest if 0.0 < fastest and fastest < math.inf else AHEAD
@@ -188,3 +186,12 @@ def rise(event, loop, own):
     call_kernel(own.addresses[EVENTS], t + dt, own.ahead, own.p, own.last)
     call_kernel(own.addresses[EVENTS], t, loop.y, own.p, own.first)
     return own.last[event] - own.first[event]
+
+
+@jitted
+def largest(loop):
+    """Return the largest magnitude of coordinates and rates."""
+    found = 0.0
+    for j in range(loop.sizes[at.NQ] + loop.sizes[at.NV]):
+        found = max(found, abs(loop.y[j]))
+    return found
