@@ -14,8 +14,9 @@ from .constraints import acceleration, constraint_forces
 from .contacts import SWITCHED, Switches, has_switches
 from .derivation import Derivation
 from .dynamics import Mechanics, inverse_dynamics, residual_by_state
-from .graph.differentiate import finite_at_roots, jacobian, sparse_jacobian
+from .graph.differentiate import finite_at_roots, is_guarded, jacobian, sparse_jacobian
 from .graph.elimination import eliminated_jacobian
+from .graph.graph import Graph
 from .graph.hoist import gather
 from .graph.nodes import SparseRows
 from .graph.vectors import normalised
@@ -39,6 +40,9 @@ LARGEST_TRIED_ALL_WAYS = 60
 # Operations of a residual, in all and for each number in a state; beyond, elimination is always cheapest. Of chains of
 # bodies, whose derivatives are dense and made of what hangs below each, it makes up to twice as many operations.
 LONGEST_TRIED_ALL_WAYS, LONGEST_OF_A_STATE = 2000, 60
+LONGEST_SWEPT = (
+    1000  # the same of one with choices whose other side may break: sweeps go through each by itself
+)
 
 
 def derive(
@@ -252,14 +256,20 @@ def _residual_by_state(d: Derivation, residual: list[int]) -> SparseRows:
         else:
             best = residual_by_state(d.loader, rest, d.constraints, d.x)
             if len(state) <= LARGEST_TRIED_ALL_WAYS:
-                by_row = sparse_jacobian(g, _residual(d, rest) if trees else residual, state)
-                best = min(best, by_row, key=cost)
+                of_rest = _residual(d, rest) if trees else residual
+                way = eliminated_jacobian if _is_long_to_sweep(g, of_rest) else sparse_jacobian
+                best = min(best, way(g, of_rest, state), key=cost)
     for tree in trees:
         add_tree_derivatives(tree, best)
     if trees and len(state) <= LARGEST_TREE_TRIED_ALL_WAYS:
         with finite_at_roots(g, residual):
             best = min(best, sparse_jacobian(g, residual, state), key=cost)
     return best
+
+
+def _is_long_to_sweep(g: Graph, residual: list[int]) -> bool:
+    """Whether sweeps over a residual take long, and what they make as well."""
+    return g.count(residual) > LONGEST_SWEPT and any(is_guarded(g, node) for node in g.reachable(residual))
 
 
 def _projection(d: Derivation) -> Function:
