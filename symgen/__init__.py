@@ -60,6 +60,8 @@ _OWN = {
 
 def __getattr__(name: str) -> Any:
     # SymPy takes a second to import, and most commands do without it.
+    if name == "equations":
+        return importlib.import_module(".equations", __name__)
     if name not in __all__ and name not in _OWN:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     module = (

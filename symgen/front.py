@@ -7,12 +7,16 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from . import equations, link
+from symgen.runtime.lazy import Late
+
+from . import link
 from .model import algebra, model, toml_reader
-from .model import lagrangian as lagrangians
 from .robots.build import EARTH, import_urdf
 from .robots.mjcf import import_mjcf
 from .robots.pictures import Pictures
+
+# These import SymPy, which a model that is read from a file does without.
+equations, lagrangians = Late("symgen.equations"), Late("symgen.model.lagrangian")
 
 if TYPE_CHECKING:
     import sympy

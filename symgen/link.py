@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 robots = Late("symgen.derive.robot")
 requests = Late("symgen.derive.robot_request")
 running = Late("symgen.runtime.robot")
+starts = Late("symgen.derive.starts")
 methods = Late("symgen.runtime.integrate.methods")
 subsystems = Late("symgen.derive.scenes.subsystems")
 module = Late("symgen.emit.module")
@@ -284,7 +285,9 @@ def derive_text(
 
 
 def _wants_all(description: Description) -> bool:
-    """Whether the method that a model's file names calls functions that are left out otherwise."""
+    """Whether the method that a model's file names, or its start, calls functions that are left out otherwise."""
+    if description.start is not None and starts.needs_balance(description):
+        return True
     return "method" in description.run and methods.calls(description.run["method"], LATE)
 
 

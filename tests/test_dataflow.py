@@ -160,7 +160,7 @@ def test_emitting_refuses_loops_that_lose_a_result(monkeypatch):
         found.roots = [root for root in found.roots if g.op[root] != "element"]
         return found
 
-    monkeypatch.setattr("symgen.derive.rolling.find", forgetful)
+    monkeypatch.setattr(function_text, "find", forgetful)
     with pytest.raises(RuntimeError, match=r"'rhs' in loops enters \('out', 30\) 0 times instead of 1"):
         emit(derive(model))
 

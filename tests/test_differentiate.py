@@ -21,6 +21,7 @@ from random_expressions import (
 )
 
 from symgen.derive.graph.differentiate import finite_at_roots, forward, jacobian, reverse
+from symgen.derive.graph.elimination import eliminated_jacobian
 from symgen.derive.graph.evaluate import evaluate as graph_values
 from symgen.derive.graph.graph import Graph
 from symgen.derive.graph.hessian import hessian, mixed_hessian
@@ -57,18 +58,20 @@ def test_sign_and_select_do_not_move(x):
 @given(recipes, points)
 @settings(max_examples=80, deadline=None, derandomize=True)
 def test_random_expressions(recipe, point):
-    """Forward and reverse sweeps, and the Jacobian by columns, against the complex step."""
+    """Forward and reverse sweeps, Jacobians by columns and by elimination, against the complex step."""
     g, variables, nodes = on_graph(recipe)
     outputs = nodes[-3:]
     at = dict(zip(variables, point, strict=True))
     assume(tame(follow(recipe, Direct(math), point)))
     matrix = jacobian(g, outputs, variables)
+    eliminated = eliminated_jacobian(g, outputs, variables)
     gradient = reverse(g, [(n, g.const(w)) for n, w in zip(outputs, (1.0, -2.0, 0.5), strict=True)], ALL)
     for k, x in enumerate(variables):
         expected = complex_step(lambda p: follow(recipe, Direct(COMPLEX), p)[-3:], point, k)
         assume(tame(expected))
         assert close(evaluate(g, forward(g, outputs, {x: g.one}), at), expected)
         assert close(evaluate(g, [row[k] for row in matrix], at), expected)
+        assert close(evaluate(g, [row.get(k, g.zero) for row in eliminated], at), expected)
         weighted = expected[0] - 2.0 * expected[1] + 0.5 * expected[2]
         scale = max(1.0, *map(abs, expected))
         assert evaluate(g, [gradient.get(x, g.zero)], at) == [
@@ -316,8 +319,11 @@ def test_powers_have_the_derivatives_that_exist_at_zero(name, at):
     output = build(g, x, y)
     point = {x: at, y: 0.0, g.var(PARAM, 0): 1.5}
     firsts = [forward(g, [output], {x: g.one})[0], reverse(g, [(output, g.one)], Q)[x]]
+    firsts.append(eliminated_jacobian(g, [output], [x])[0][0])
     seconds = [*second(g, output, x, y), hessian(g, output, [x, y])[0][0]]
-    found = [float(k) for k in graph_values(g, [output, *firsts, *seconds], point)]
+    values = [float(k) for k in graph_values(g, [output, *firsts, *seconds], point)]
+    assert values[3] == values[2] or math.isnan(values[2])
+    found = values[:3] + values[4:]
     if at:  # away from 0: against differences, where there is a value at all
         h = 1e-4
         near = [float(graph_values(g, [output], point | {x: at + k * h})[0]) for k in (-1, 0, 1)]
@@ -329,3 +335,89 @@ def test_powers_have_the_derivatives_that_exist_at_zero(name, at):
     if bend is not None:
         # Where nothing is left of r = |x|, its second derivative is not asked for by edges of a potential energy.
         assert found[3:] == [bend] * 3 if "y^2)^3" not in name else found[3:5] == [bend] * 2
+
+
+def test_elimination_differentiates_what_is_narrow_by_itself():
+    """Forces that each follow from three numbers that many inputs make: swept, they are differentiated by all."""
+    g, n = Graph(), 12
+    q = [g.var(Q, k) for k in range(n)]
+    outputs = [g.zero] * n
+    for place in range(40):
+        x, y, z = (
+            g.sum(g.mul(g.const(0.1 * (((k + 1) * (3 * place + m + 2)) % 127)), v) for k, v in enumerate(q))
+            for m in range(3)
+        )
+        x, y, z = g.call("sin", x), g.call("cos", y), g.call("tanh", z)
+        force = deep(g, g.add(g.mul(x, y), g.mul(y, g.mul(z, z))), 20)
+        for k in range(n):
+            outputs[k] = g.add(outputs[k], g.mul(force, g.const(1.0 + (k + place) % 5)))
+    eliminated, swept = eliminated_jacobian(g, outputs, q), jacobian(g, outputs, q)
+
+    def cost(rows):
+        return g.count([*outputs, *(x for row in rows for x in row)])
+
+    assert 3 * cost([row.values() for row in eliminated]) < 2 * cost(swept)
+    at = {v: 0.05 * k - 0.2 for k, v in enumerate(q)}
+    found = numbers(g, [x for row in eliminated for x in row.values()], at)
+    assert found == pytest.approx(numbers(g, [x for row in swept for x in row], at), rel=1e-9)
+
+
+# Choices whose other side has no finite derivative at x = y = 0; with the derivatives by x and y there.
+_CHOICES = {
+    "friction": (
+        lambda g, x, y: chosen(g, x, y, g.div(x, length(g, x, y)), g.mul(g.const(3.0), x)),
+        (3.0, 0.0),
+    ),
+    "times what moves": (
+        lambda g, x, y: g.mul(chosen(g, x, y, length(g, x, y), y), g.add(g.call("cos", x), y)),
+        (0.0, 1.0),
+    ),
+    "in another": (
+        lambda g, x, y: chosen(
+            g, x, y, g.call("log", length(g, x, y)), chosen(g, y, x, g.div(y, length(g, x, y)), g.sub(y, x))
+        ),
+        (-1.0, 1.0),
+    ),
+    "of what is below both": (
+        lambda g, x, y: chosen(
+            g, x, y, g.div(g.call("sin", x), length(g, x, y)), g.mul(g.call("sin", x), g.call("exp", y))
+        ),
+        (1.0, 0.0),
+    ),
+}
+
+
+def numbers(g, nodes, at):
+    return [float(x) for x in graph_values(g, nodes, at)]
+
+
+def chosen(g, x, y, far, near):
+    return g.select(g.const(1e-6), g.add(g.mul(x, x), g.mul(y, y)), far, near)
+
+
+@pytest.mark.parametrize("name", _CHOICES)
+def test_what_a_choice_leaves_out_may_have_no_derivative(name):
+    build, slopes = _CHOICES[name]
+    g = Graph()
+    x, y = g.var(Q, 0), g.var(Q, 1)
+    output = build(g, x, y)
+    (row,) = eliminated_jacobian(g, [output], [x, y])
+    (swept,) = jacobian(g, [output], [x, y])
+    wanted = [row.get(0, g.zero), row.get(1, g.zero)]
+    assert numbers(g, wanted, {x: 0.0, y: 0.0}) == list(slopes)
+    for at in ({x: 0.3, y: -0.2}, {x: 0.3, y: 0.4}, {x: 1e-4, y: 2e-4}):
+        assert numbers(g, wanted, at) == pytest.approx(numbers(g, swept, at), rel=1e-12)
+
+
+def test_elimination_of_many_choices_is_linear():
+    def nodes(n: int) -> int:
+        g = Graph()
+        x, y = g.var(Q, 0), g.var(Q, 1)
+        node = x
+        for k in range(n):
+            z = g.add(node, g.mul(g.const(1.0 + k), y))
+            node = g.add(node, chosen(g, z, node, g.div(z, length(g, z, node)), z))
+        eliminated_jacobian(g, [node], [x, y])
+        return len(g.op)
+
+    assert nodes(32) < 2.5 * nodes(16)

@@ -56,6 +56,17 @@ def test_the_functions_that_stay_are_the_same(name):
         assert _with_tables(part, function) == _with_tables(whole, function)
 
 
+def test_a_start_in_balance_has_all_derived_at_once():
+    """It is solved for with `residual_jacobian`, so that nothing would be gained by deriving that later."""
+    for model, is_part in (
+        (_model("spring_chain", {"N": "24"}), True),
+        (_model("spring_chain", {"N": "24"}), False),
+    ):
+        if not is_part:
+            model.start(steady=True)
+        assert link.derive_text(model, on_demand=True).is_part == is_part
+
+
 def _with_tables(source, function: str) -> str:
     """The text of a function with what its index tables hold in the place of their names."""
     return re.sub(r"\bI\d+\b", lambda found: repr(source.tables[found.group()]), source.functions[function])

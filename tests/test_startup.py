@@ -72,6 +72,14 @@ def test_a_warm_run_imports_nothing_that_it_does_not_use():
     assert not [name for name in UNUSED if name in modules]
 
 
+def test_a_builder_that_hands_out_no_symbols_imports_no_sympy():
+    build = (
+        "import sys, symgen; symgen.Model.from_toml('models/pendulum.toml').describe(); print('sympy' in sys.modules, "
+        "symgen.equations.equations_of.__name__, 'sympy' in sys.modules)"
+    )
+    assert in_new_process(build).split() == ["False", "equations_of", "True"]
+
+
 def test_deriving_model_files_imports_no_sympy():
     """But slopes of surfaces, which no bundled file has."""
     derive_all = (

@@ -7,6 +7,7 @@ Every function takes the number of links and returns a dictionary: `derive s`, `
 from __future__ import annotations
 
 import ctypes
+import gc
 import math
 import subprocess
 import tempfile
@@ -59,11 +60,13 @@ def _symgen_figures(model, n: int) -> dict[str, float]:
     from symgen.link import derive_text
 
     description = model.describe()
+    gc.disable()  # as whoever derives does (`link.derive`)
     start = time.perf_counter()
     d = Derivation(description)
     zero = d.g.const(0.0)
     entries = [*(row.get(j, zero) for row in d.mass_rows for j in range(n)), *d.forces]
     derived = time.perf_counter() - start
+    gc.enable()
     whole = derive_text(model)
     kernel, compiled = _compiled(d, entries, whole.text)
     y, p, out = np.concatenate(state(n)), np.zeros(1), np.zeros(len(entries))

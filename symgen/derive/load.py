@@ -140,8 +140,9 @@ class Loader:
         return result
 
     def _ordered(self, args: tuple[algebra.Expr, ...]) -> list[algebra.Expr]:
-        position = {x: k for k, x in enumerate(args)}
-        return sorted(args, key=lambda x: (-self._frequency[x], position[x]))
+        return sorted(
+            args, key=self._frequency.__getitem__, reverse=True
+        )  # of equal ones the first stays first
 
     def _sum(self, e: algebra.Add) -> int:
         return self.g.sum(self._memo[x] for x in self._ordered(e.args))

@@ -14,7 +14,9 @@ from .constraints import acceleration, constraint_forces
 from .contacts import SWITCHED, Switches, has_switches
 from .derivation import Derivation
 from .dynamics import Mechanics, inverse_dynamics, residual_by_state
-from .graph.differentiate import finite_at_roots, jacobian, sparse_jacobian
+from .graph.differentiate import finite_at_roots, is_guarded, jacobian, sparse_jacobian
+from .graph.elimination import eliminated_jacobian
+from .graph.graph import Graph
 from .graph.hoist import gather
 from .graph.nodes import SparseRows
 from .graph.vectors import normalised
@@ -35,6 +37,12 @@ from .windings import winding_function
 LARGEST_TREE_TRIED_ALL_WAYS = 8
 # Numbers in a state; beyond, the derivatives of the virtual power are always cheapest.
 LARGEST_TRIED_ALL_WAYS = 60
+# Operations of a residual, in all and for each number in a state; beyond, elimination is always cheapest. Of chains of
+# bodies, whose derivatives are dense and made of what hangs below each, it makes up to twice as many operations.
+LONGEST_TRIED_ALL_WAYS, LONGEST_OF_A_STATE = 2000, 60
+LONGEST_SWEPT = (
+    1000  # the same of one with choices whose other side may break: sweeps go through each by itself
+)
 
 
 def derive(
@@ -230,7 +238,7 @@ def _residual_by_state(d: Derivation, residual: list[int]) -> SparseRows:
     """Derivatives of the residual by q and v, in whichever way costs least.
 
     Trees on the world have recursive derivatives of their own; the rest is differentiated as its virtual power, or
-    row by row, or column by column.
+    row by row, or column by column; where it is long, by elimination.
     """
     g, state = d.g, [*d.x.q, *d.x.v]
     known = [entry for row in (*d.mass_rows, *d.jacobian_rows) for entry in row.values()]
@@ -240,17 +248,28 @@ def _residual_by_state(d: Derivation, residual: list[int]) -> SparseRows:
 
     trees = [tree for tree in d.form.trees if tree.on_world]
     rest = replace(d.form, trees=[tree for tree in d.form.trees if not tree.on_world])
+    longest = max(LONGEST_TRIED_ALL_WAYS, LONGEST_OF_A_STATE * len(state))
+    is_long = g.count(residual) > longest
     with finite_at_roots(g, residual):
-        ways = [residual_by_state(d.loader, rest, d.constraints, d.x)]
-        if len(state) <= LARGEST_TRIED_ALL_WAYS:
-            ways.append(sparse_jacobian(g, _residual(d, rest) if trees else residual, state))
-    best = min(ways, key=cost) if len(ways) > 1 else ways[0]
+        if is_long and g.count(of_rest := _residual(d, rest) if trees else residual) > longest:
+            best = eliminated_jacobian(g, of_rest, state)
+        else:
+            best = residual_by_state(d.loader, rest, d.constraints, d.x)
+            if len(state) <= LARGEST_TRIED_ALL_WAYS:
+                of_rest = _residual(d, rest) if trees else residual
+                way = eliminated_jacobian if _is_long_to_sweep(g, of_rest) else sparse_jacobian
+                best = min(best, way(g, of_rest, state), key=cost)
     for tree in trees:
         add_tree_derivatives(tree, best)
     if trees and len(state) <= LARGEST_TREE_TRIED_ALL_WAYS:
         with finite_at_roots(g, residual):
             best = min(best, sparse_jacobian(g, residual, state), key=cost)
     return best
+
+
+def _is_long_to_sweep(g: Graph, residual: list[int]) -> bool:
+    """Whether sweeps over a residual take long, and what they make as well."""
+    return g.count(residual) > LONGEST_SWEPT and any(is_guarded(g, node) for node in g.reachable(residual))
 
 
 def _projection(d: Derivation) -> Function:

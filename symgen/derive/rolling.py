@@ -10,7 +10,7 @@ The order of a function's clusters: those of one shape together, where what they
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
@@ -36,6 +36,8 @@ class Clusters:
 
     Attributes
     ----------
+    nodes : list of int
+        All of the function's, ascending.
     level : dict of int to int
         What each node depends on, see `hoist.levels`.
     roots : list of int
@@ -50,6 +52,7 @@ class Clusters:
         Nodes that are calls of solvers, ascending.
     """
 
+    nodes: list[int]
     level: dict[int, int]
     roots: list[int] = field(default_factory=list)
     sinks: dict[int, list[Sink]] = field(default_factory=lambda: defaultdict(list))
@@ -66,7 +69,7 @@ def find(g: Graph, written: Iterable[tuple[int, int]]) -> Clusters:
     """Cut the function that writes `written`, pairs (place in `out`, node), into clusters."""
     written = list(written)
     nodes = g.reachable(node for _, node in written)
-    c = Clusters(hoist.levels(g, nodes))
+    c = Clusters(nodes, hoist.levels(g, nodes))
     for place, node in written:
         c.sinks[node].append((OUT, place))
     for node in nodes:
@@ -198,6 +201,10 @@ class Shapes:
             return _VECTORS[g.args[node][0]]
         return HOISTED
 
+    def is_fixed(self, node: int) -> bool:
+        """Whether a node is a number, or time: part of a shape."""
+        return self.g.op[node] == "const" or node == self._time
+
     def is_read(self, node: int, root: int) -> bool:
         """Whether the cluster of `root` finds this node's number, instead of computing it."""
         if node in self._kept and node != root:
@@ -238,7 +245,7 @@ class Shapes:
     def _number(self, node: int) -> int:
         g = self.g
         op = g.op[node]
-        if op == "const" or node == self._time:
+        if self.is_fixed(node):
             key: tuple = (op, g.args[node])
         elif node in self._kept or op in ("var", "element"):
             key = ("read", self.source(node))
@@ -283,7 +290,7 @@ class Shapes:
         if is_read:
             source = self.source(node)
             return (source, self.colour(node) if source == HOISTED else 0), None
-        if g.op[node] == "const" or node == self._time:
+        if self.is_fixed(node):
             return (g.op[node], g.args[node]), ()
         return g.op[node], self.ordered(node)[::-1]
 
@@ -368,35 +375,72 @@ class Schedule:
         return 3 * sum(left) <= sum(counts)
 
 
-def schedule(g: Graph, written: list[tuple[int, int]]) -> Schedule:
-    """Order the clusters of a function that writes `written`, pairs (place in `out`, node)."""
-    clusters = find(g, written)
+def schedule(g: Graph, clusters: Clusters) -> Schedule:
+    """Order the clusters of a function."""
     shapes = Shapes(g, clusters)
     return Schedule(clusters, shapes, _staged(_groups(g, clusters, shapes)))
 
 
-def _groups(g: Graph, c: Clusters, shapes: Shapes) -> list[Group]:
+def may_be_short(g: Graph, c: Clusters) -> bool:
+    """Whether a schedule may be short: looks for fewer differences of clusters than that does, in a third of the time.
+
+    What clusters have in common as trees, in which what they use twice stands twice.
+    """
+    shapes, ops, operands_of = Shapes(g, c), g.op, g.operands
+    kept = {node: hash(shapes.source(node)) for node in c.shared}
+    seen: dict[int, int] = {}  # a number for what a reader sees of a node
+    made: dict[int, int] = {}  # and for how a kept one is made
+    for node in c.nodes:
+        op = ops[node]
+        if op in _COMMUTES:
+            a, b = operands_of(node)
+            a, b = seen[a], seen[b]
+            found = hash((op, a + b, a ^ b))
+        elif op in ("const", "var", "element"):
+            found = hash(g.args[node] if shapes.is_fixed(node) else shapes.source(node))
+        else:
+            found = hash((op, *[seen[x] for x in operands_of(node)]))
+        if node in kept:
+            made[node], seen[node] = found, kept[node]
+        else:
+            seen[node] = found
+    counts: Counter[tuple] = Counter()
+    for root, writings in _writings(g, c):
+        own = root if root in c.sums else made.get(root, seen[root])
+        counts.update((own, targets, root in c.shared) for targets, _ in writings)
+    left = sum(1 if count >= FEWEST else count for count in counts.values())
+    return 3 * left <= counts.total()
+
+
+def _writings(g: Graph, c: Clusters) -> Iterator[tuple[int, list[tuple[tuple, list[Sink]]]]]:
+    """For each root what it is written to, and the places there: one group's member each."""
     summed: dict[int, list[tuple]] = defaultdict(list)
     for total, terms in c.sums.items():
         for sign, node in terms:
             summed[node].append((SUM, total, sign))
-    found: dict[tuple, Group] = {}
     for root in c.roots:
         sinks, sums = c.sinks.get(root, []), summed.get(root, [])
+        parts = [(sinks, sums)]
+        # What no cluster computes, but for instance a 1 in many places of a matrix, is written by as many members.
+        if root not in c.sums and c.is_leaf(g, root):
+            parts = [([x], []) for x in sinks] + [([], sums)]
+        written = [((*(array for array, _ in some), *more), some) for some, more in parts]
+        yield root, [(targets, some) for targets, some in written if targets or root in c.shared]
+
+
+def _groups(g: Graph, c: Clusters, shapes: Shapes) -> list[Group]:
+    found: dict[tuple, Group] = {}
+    for root, writings in _writings(g, c):
         if root in c.sums:
-            group = found[SUM, root] = Group(SUM, (*(array for array, _ in sinks), *sums))
+            ((targets, sinks),) = writings
+            group = found[SUM, root] = Group(SUM, targets)
             group.add(Instance(root, ()), sinks, ((INTO, root),))
             continue
         shape, instance = shapes.shape(root)
         needs = _needed(g, shapes, instance)
-        # What no cluster computes, but for instance a 1 in many places of a matrix, is written by as many members.
-        for some, more in (
-            [([x], []) for x in sinks] + [([], sums)] if c.is_leaf(g, root) else [(sinks, sums)]
-        ):
-            targets = (*(array for array, _ in some), *more)
-            if targets or root in c.shared:
-                group = found.setdefault((shape, targets, root in c.shared), Group(CLUSTERS, targets))
-                group.add(instance, some, needs)
+        for targets, some in writings:
+            group = found.setdefault((shape, targets, root in c.shared), Group(CLUSTERS, targets))
+            group.add(instance, some, needs)
     for node in c.solves:
         first = g.args[node][0]
         factors = (first,) if g.op[first] in FACTORS else ()

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import ModelError
 from ..model import algebra
-from ..model.description import Description, StartConditions
+from ..model.description import Description
 from ..model.expression_tree import names_in
 from ..model.sensors import acting, late_definitions
 from .graph.differentiate import forward, reverse, sparse_jacobian
@@ -59,12 +59,15 @@ def start_record(d: Description) -> dict[str, Any]:
         "find": [parameters[name] for name in start.find],
         "steady": start.everything or [names[name] for name in start.steady],
         "closed": list(start.closed),
-        "balance": _needs_balance(d, start),
+        "balance": needs_balance(d),
     }
 
 
-def _needs_balance(d: Description, start: StartConditions) -> bool:
-    """Whether the conditions have to do with forces."""
+def needs_balance(d: Description) -> bool:
+    """Whether the conditions of a start have to do with forces."""
+    start = d.start
+    if start is None:
+        return False
     sensed = {s.name for s in d.sensors} | late_definitions(d).keys()
     return start.is_steady or any(not sensed.isdisjoint(names_in(x.expression)) for x in start.equations)
 
@@ -93,7 +96,7 @@ def start_conditions(d: Derivation, residual: Callable[[], list[int]]) -> Iterat
     conditions = [*d.constraints.position, *d.constraints.velocity, *equations, *gaps, *closing]
     sought = [g.var(PARAM, k) for k in start_record(own)["find"]]
     first, by_parameters = len(conditions), list[dict[int, int]]()
-    if _needs_balance(own, own.start):
+    if needs_balance(own):
         _refuse_contacts(d)
         pushed = reverse(g, [(u, forces[k]) for u, k in zip(closing, closed, strict=True)], V)
         conditions += [g.neg(push) for push in x.along_rates(pushed)]

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from symgen.derive.rolling import OUT, schedule
+from symgen.derive.rolling import OUT, find, may_be_short, schedule
 from symgen.runtime.graph.functions import IN_CODE
 from symgen.runtime.graph.layouts import LIMITS, settings_of
 from symgen.runtime.graph.spelling import spelled
@@ -86,10 +86,13 @@ class FunctionText(Shared):
             smallest = math.inf
         size = n_nodes + len(function.outputs)
         if size >= smallest or self.by_loops:
-            found = schedule(g, function.written())
+            clusters = find(g, function.written())
             in_turns = size >= SMALLEST_IN_TURNS or self.by_loops or function.name in OBSERVERS
-            if found.is_short(in_turns) or any(g.op[node] in fronts.TEXT for node in found.clusters.solves):
-                return RolledSection(self, g, function, found)
+            by_fronts = any(g.op[node] in fronts.TEXT for node in clusters.solves)
+            if by_fronts or may_be_short(g, clusters):
+                found = schedule(g, clusters)
+                if by_fronts or found.is_short(in_turns):
+                    return RolledSection(self, g, function, found)
         return Section(self, g, function)
 
     def _body(self) -> Iterator[str]:

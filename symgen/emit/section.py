@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import Any
 
 from symgen.runtime.graph.functions import IN_CODE
@@ -103,8 +103,7 @@ class Section:
         self.written = function.written()
         self.uses = Counter(node for _, node in self.written)
         self.nodes = g.reachable(node for _, node in self.written)
-        for node in self.nodes:
-            self.uses.update(g.operands(node))
+        self.uses.update(chain.from_iterable(map(g.operands, self.nodes)))
         self.levels = hoist.levels(g, self.nodes, part.own_parameters if part else ())
         self.needed = self._needed_beyond()
         self.printed: dict[int, tuple[str, int]] = {}  # expression and its binding strength

@@ -13,7 +13,7 @@ from .nodes import SparseRows
 # What is finite, with its derivative, wherever its argument is.
 _HARMLESS = ("sin", "cos", "atan", "tanh", "erf", "fabs", "floor", "copysign")
 _FAR = 1e300  # something divided by it is nothing
-_MAY_BREAK = frozenset(IN_CODE) - set(_HARMLESS) | {"div"}
+MAY_BREAK = frozenset(IN_CODE) - set(_HARMLESS) | {"div"}
 
 
 def is_guarded(g: Graph, node: int) -> bool:
@@ -27,8 +27,8 @@ def is_guarded(g: Graph, node: int) -> bool:
     known = g.guarded.get(node)
     if known is None:
         a, b, then, otherwise = g.args[node]
-        decided = {x for x in g.reachable([a, b]) if g.op[x] in _MAY_BREAK}
-        known = any(g.op[x] in _MAY_BREAK and x not in decided for x in g.reachable([then, otherwise]))
+        decided = {x for x in g.reachable([a, b]) if g.op[x] in MAY_BREAK}
+        known = any(g.op[x] in MAY_BREAK and x not in decided for x in g.reachable([then, otherwise]))
         g.guarded[node] = known
     return known
 
@@ -210,7 +210,7 @@ def reverse(g: Graph, seeds: Iterable[tuple[int, int]], mask: int) -> dict[int, 
             for variable, share in _chosen_shares(g, node, weight, mask):
                 adjoint[variable] = g.add(adjoint.get(variable, g.zero), share)
             continue
-        for operand, share in _shares(g, node, weight, mask):
+        for operand, share in shares(g, node, weight, mask):
             adjoint[operand] = g.add(adjoint.get(operand, g.zero), share)
     return {node: value for node, value in adjoint.items() if g.op[node] == "var" and g.mask[node] & mask}
 
@@ -223,7 +223,7 @@ def _chosen_shares(g: Graph, node: int, weight: int, mask: int) -> Iterator[tupl
         yield variable, g.select(a, b, then.get(variable, g.zero), otherwise.get(variable, g.zero))
 
 
-def _shares(g: Graph, node: int, weight: int, mask: int) -> list[tuple[int, int]]:
+def shares(g: Graph, node: int, weight: int, mask: int) -> list[tuple[int, int]]:
     """What an adjoint hands down to each operand that depends on the kinds in `mask`."""
     op, args = g.op[node], g.args[node]
     if op == "div":

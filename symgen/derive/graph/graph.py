@@ -64,23 +64,23 @@ class Graph(Nodes):
         self._undefined: list[
             bool
         ] = []  # of the first nodes: whether what they are made of has no value somewhere
-        self.slope_mask: list[int] = []  # the kinds of variables by which a node has a derivative
+        self._slopes: list[int] = []  # of the first nodes, see `slope_mask`
         self._reached: dict[tuple[int, ...], list[int]] = {}  # what is below outputs that were asked for last
         super().__init__()
 
-    def _append(self, op: str, args: tuple, mask: int) -> int:
-        node = super()._append(op, args, mask)
-        slopes = self.slope_mask
-        if not mask or op == "var":
-            slopes.append(mask)
-        elif op in _STEPPED:  # a derivative is by nothing where there are steps
-            slopes.append(0)
-        else:
-            kinds = 0
-            for x in self._operands[node]:
-                kinds |= slopes[x]
+    @property
+    def slope_mask(self) -> list[int]:
+        """The kinds of variables by which a node has a derivative: none where there are steps."""
+        slopes = self._slopes
+        for node in range(len(slopes), len(self.op)):
+            mask, kinds = self.mask[node], 0
+            if mask and self.op[node] not in _STEPPED:
+                operands = self._operands[node]
+                kinds = 0 if operands else mask
+                for x in operands:
+                    kinds |= slopes[x]
             slopes.append(kinds)
-        return node
+        return slopes
 
     def reachable(self, outputs: Iterable[int], mask: int = -1, met: set[int] | None = None) -> list[int]:
         """As of all nodes; what is below the outputs of a function is asked for by every pass and kept meanwhile."""
@@ -228,10 +228,11 @@ class Graph(Nodes):
 
     def _product(self, a: int, b: int) -> int:
         """The node a·b of operands without signs; remembers the products that `_unit_circle` looks for."""
-        known = self._index["mul"].get((a, b))
+        table = self._index["mul"]
+        known = table.get((a, b))
         if known is not None:
             return known
-        node = self._node("mul", (a, b), self.mask[a] | self.mask[b])
+        node = table[a, b] = self._append("mul", (a, b), self.mask[a] | self.mask[b])
         op_a, op_b, powers = self.op[a], self.op[b], self._powers
         if a == b or a in powers or b in powers or op_a in _ROOTS or op_b in _ROOTS:
             (base, exponent, root), (other, more, another) = self._as_power(a), self._as_power(b)

@@ -278,16 +278,22 @@ def _push(
     own = edges.pop(node, None)
     if not own:
         return
-    local, one = list(statement.gradient.items()), g.one
+    mul, add, one, zero = g.mul, g.add, g.one, g.zero
+    local = [(x, d, edges.setdefault(x, {})) for x, d in statement.gradient.items()]
     for other, weight in own.items():
         if other == node:
-            for k, (x, dx) in enumerate(local):
-                for y, dy in local[k:]:
+            for k, (x, dx, _) in enumerate(local):
+                for y, dy, _ in local[k:]:
                     if wanted(x, y):
-                        _accumulate(g, edges, x, y, g.mul(g.mul(dx, dy), weight))
+                        _accumulate(g, edges, x, y, mul(mul(dx, dy), weight))
             continue
-        edges[other].pop(node, None)
-        for x, d in local:
+        row = edges[other]
+        row.pop(node, None)
+        for x, d, beside in local:
             if wanted(x, other):
-                push = weight if d == one else g.mul(d, weight)
-                _accumulate(g, edges, x, other, g.mul(g.const(2.0), push) if x == other else push)
+                push = weight if d == one else mul(d, weight)
+                if x == other:
+                    push = mul(g.const(2.0), push)
+                if push != zero:
+                    total = beside.get(other)
+                    beside[other] = row[x] = push if total is None else add(total, push)

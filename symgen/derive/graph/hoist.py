@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Iterable
+from itertools import chain
 
 from .graph import Graph
 from .nodes import ON_ARRAYS, PARAM
@@ -27,8 +28,7 @@ def gather(g: Graph, outputs: tuple[int, ...]) -> tuple[int, ...]:
     if len(nodes) > LARGEST:
         return outputs
     uses = Counter(outputs)
-    for node in nodes:
-        uses.update(g.operands(node))
+    uses.update(chain.from_iterable(map(g.operands, nodes)))
     return tuple(_Gathering(g, uses).rebuilt(nodes, outputs))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -73,7 +74,11 @@ class Nodes(Store):
 
     def count(self, outputs: Iterable[int]) -> int:
         """Number of operations that `outputs` cost (constants and variables are free)."""
-        return sum(map(self.cost, self.reachable(outputs)))
+        nodes = self.reachable(outputs)
+        found = Counter(map(self.op.__getitem__, nodes))
+        if ON_ARRAYS.isdisjoint(found):
+            return len(nodes) - found["const"] - found["var"]
+        return sum(map(self.cost, nodes))
 
     def cost(self, node: int) -> int:
         """Number of operations on numbers that one node stands for."""
