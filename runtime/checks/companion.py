@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime import step_costs
+from symgen.runtime.checks.smoothness import is_smooth_along
 from symgen.runtime.checks.work import SHORT, operations_of_run
 from symgen.runtime.driver import Run
 from symgen.runtime.errors import ContactError, RuntimeModelError
@@ -117,7 +118,7 @@ def by_series(solution: Solution, accurate: Companion) -> Companion | None:
     if own is None or not own.series or accurate.method is own or solution.timetable is not None:
         return None
     system = solution.system
-    if solution.stats["steps"] < _FEWEST_BY_SERIES or not is_smooth(system):
+    if solution.stats["steps"] < _FEWEST_BY_SERIES or not is_smooth_along(solution):
         return None
     costs = taylor_kernel.taylor_addresses(system)[2:5]
     if step_costs.time_ratio(system, accurate.rtol, costs) > _QUICKER:
@@ -279,7 +280,7 @@ def _timetable(
     step_limits, breaks = (own.step_limits, own.breaks) if own is not None else (None, ())
     looks = min(_LOOKS, _OF_ALLOWED * most_steps)
     adaptive = companion.method.adaptive
-    limited = adaptive and companion.rtol < _LOOSE and looks >= 1.0 and not is_smooth(solution.system)
+    limited = adaptive and companion.rtol < _LOOSE and looks >= 1.0 and not is_smooth_along(solution)
     longest = _UNLIKE * (end - t) / looks if limited else None
     if longest is not None and longest < shortest_max_step(t, end):
         longest = None  # frames may be as near to each other as round-off
@@ -289,12 +290,6 @@ def _timetable(
     return timetable(
         step_limits, companion.method, RunOptions(t_start=t, t_end=end, max_step=longest, breaks=breaks)
     )
-
-
-def is_smooth(system: System) -> bool:
-    """Whether nothing in a model can act for a short time only: neither time nor an event, nor what the state nears."""
-    acts = system.events or system.input_descriptions or system.structure["time_dependent"]
-    return not acts and system.source.facts("residual").is_smooth
 
 
 def tell_closed(solution: Solution, t: float, p: np.ndarray) -> None:

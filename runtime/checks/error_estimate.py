@@ -62,6 +62,7 @@ _HELD_BACK = (
 _LOST = 0.5  # of a range: from there on an accurate companion tells nothing more
 _LOST_FRAMES = 3  # in a row
 _AT_REST = 1e-9  # of the largest range: what moves less does not move
+_PLAIN, _SAME_SIZES = 1e-6, 0.01  # of the largest range; an error that leaves ranges as they are
 _PROBED, _ELSEWHERE = 3, 0.1  # states, and in parts of ranges, for whether that has to do with it
 _LEAST_RIPPLE = 1e-3  # of a rate's magnitude: variations that count
 _ROUND_OFF = 1e4 * np.finfo(float).eps  # of a variable's magnitude
@@ -327,8 +328,9 @@ class _Comparison:
         extent = self._extent(self._states)
         self._rest = _unresolved_rates(self.system, extent, self._t)
         self._apart = _apart(solution, extent, self._t, self._states)
-        self._size = np.maximum(extent.sizes(self.system, self._apart), np.maximum(self._least, self._rest))
-        ranges = extent.range
+        least, ranges = np.maximum(self._least, self._rest), extent.range
+        self._size = np.maximum(extent.sizes(self.system, self._apart), least)
+        self._is_plain = _is_plain(self.system, ranges, least)
         self.least_range = float(ranges[ranges >= _AT_REST * ranges.max()].min(initial=1.0))
         # A jump of the rates may come before a frame in one run, and after it in the other.
         self.jumps = any(event.action not in ("record", "terminate") for event in solution.events)
@@ -511,9 +513,12 @@ class _Comparison:
         t, states = self._t[first:], self._states[first:]
         n = len(found.states)
         known = n == len(t) or self._is_lost(found.states, states)
+        relative = companion.remains * self._off(found.states, states, self._size)
         # What dies out moves little in a part from the middle: that is not what its error is measured by.
-        size = self._sizes_seen(found.states, companion) if n == len(self._t) else self._size
-        relative = companion.remains * self._off(found.states, states, size)
+        if n == len(self._t) and not (self._is_plain and relative.max() <= _SAME_SIZES):
+            relative = companion.remains * self._off(
+                found.states, states, self._sizes_seen(found.states, companion)
+            )
         if n == len(t) > 1 and max(found.jumped, last_jump(self._solution.events)) > t[-2]:
             # The last frame of one run may stand before a jump that in the other comes just in time.
             nq = self.system.nq
@@ -522,8 +527,11 @@ class _Comparison:
             # By an event that the run met later, or not at all.
             relative[-1] = np.maximum(relative[-1], (t[-1] - found.t) / (self._t[-1] - self._t[0]))
             known = True
-        worst = row_maxima(relative)
-        rate = growth_rate(t[:n], worst) if is_exponential(t[:n], worst) else None
+        worst, rate = row_maxima(relative), None
+        # Of small errors that are known up to the end nobody asks how they came.
+        told = known and first == 0 and not worst.max() > LARGEST_ERROR
+        if not told and is_exponential(t[:n], worst):
+            rate = growth_rate(t[:n], worst)
         return ErrorEstimate(t[:n], relative, known, rate, self._sharp, found.states)
 
     def drifting(self, part: ErrorEstimate, companion: Companion, operations: float) -> Phase | None:
@@ -684,6 +692,14 @@ class Extent:
             moves = (own > _AT_REST * largest) | (apart[part] & (own > 0.0))
             size[..., part] = np.where(moves, rippled, largest)
         return np.maximum(size, np.maximum(_ROUND_OFF * magnitude, _TINY))
+
+
+def _is_plain(system: System, ranges: np.ndarray, least: np.ndarray) -> bool:
+    """Whether all coordinates and rates move, none by little beside others: then a near motion has the same sizes."""
+    if not (ranges > least).all():
+        return False
+    parts = (ranges[: system.nq], ranges[system.nq :])
+    return all(not part.size or part.min() > _PLAIN * part.max() for part in parts)
 
 
 def _angles(system: System, n: int) -> np.ndarray:
