@@ -10,6 +10,7 @@ import pytest
 import symgen
 from symgen.runtime.checks import error_estimate
 from symgen.runtime.checks.companion import by_series, follow_smooth, independent
+from symgen.runtime.checks.smoothness import is_smooth_along
 
 
 @pytest.fixture(scope="module")
@@ -43,6 +44,45 @@ def test_the_error_is_what_an_explicit_companion_says(rtol, double_pendulum, mon
     size = np.maximum(np.ptp(run.states, axis=0), 1e-3 * np.abs(run.states).max(axis=0))
     true = float((np.abs(run.states - reference.states) / size).max())
     assert accuracy(run).value == pytest.approx(true, rel=0.2)
+
+
+@pytest.mark.parametrize("rtol", [1e-5, 1e-8])
+def test_a_root_that_stays_away_from_zero_is_smooth(rtol, monkeypatch):
+    """Andrews' mechanism has a spring, whose length is a root: it is far from zero for how fast it changes."""
+    asked, system = methods_of_companions(monkeypatch), symgen.load("andrews_squeezer")
+    run = system.run(0.03, method="taylor", rtol=rtol, atol=rtol / 100)
+    assert accuracy(run).ok
+    assert [name for name, _ in asked] == ["taylor", "dop853", "dop853"]
+    reference = system.run(0.03, method="dop853", rtol=2e-14, atol=1e-16)
+    true = float((np.abs(run.states - reference.states) / np.ptp(run.states, axis=0)).max())
+    assert accuracy(run).value == pytest.approx(true, rel=0.2)
+
+
+@pytest.mark.parametrize(
+    ("potential", "smooth"),
+    [
+        ("sqrt(1 + x^2)", True),
+        ("1/(4 + x^2)", True),
+        ("1/(4 + sin(x)^2) + x^2/2", True),
+        ("sqrt(1e-6 + x^2)", False),  # a kink but for a thousandth of the way
+        ("x^2/2 - 1e-5/(1e-5 + (x - 0.003)^2)", False),  # a well that lies between frames
+        ("x^2/2 - 1e-5/(1e-5 + (dot(x) - 0.3)^2)", False),  # slopes of rates are not known
+        ("sqrt(1 + x^2) + tanh(x)", False),
+        ("sqrt(1 + sin(x - t)^2) + x^2/2", False),
+    ],
+)
+def test_quotients_and_roots_are_smooth_away_from_zero(potential, smooth):
+    model = symgen.Model("held")
+    model.coordinate("x", start=1.0)
+    model.kinetic("dot(x)^2/2")
+    if "dot(x)" in potential:
+        model.force("x", potential)
+    else:
+        model.potential(potential)
+    system = model.derive()
+    assert is_smooth_along(system.run(6.0, method="dop853")) == smooth
+    # A frame or two in each swing do not tell.
+    assert not is_smooth_along(system.run(60.0, method="dop853", fps=0.3))
 
 
 def test_a_fault_that_series_share_is_found(double_pendulum, monkeypatch):

@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from symgen.runtime.checks.jumped_over import SharpPlaces
     from symgen.runtime.event_actions import EventRecord
     from symgen.runtime.solution import Solution
-    from symgen.runtime.system import System
     from symgen.runtime.timing.timetable import Timetable
 
 schedule = Late("symgen.runtime.inputs.schedule")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen.runtime.graph.recipe import places_in, values_of
+from symgen.runtime.code.recipe import places_in, values_of
 from symgen.runtime.positions import Positions
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ def is_smooth_along(solution: Solution) -> bool:
     """Whether the equations of a run are smooth along it.
 
     Sums, products, sines and cosines are smooth as motion itself is. Quotients and roots are where what they are of
-    stays away from zero: at each frame its slope would take all of the way to the next one, and more, to bring it there.
+    stays away from zero: at no frame would its slope bring it there before the next one, nor long afterwards.
     """
     if "_is_smooth_along" not in solution.__dict__:
         solution.__dict__["_is_smooth_along"] = _is_smooth(solution)

@@ -13,9 +13,9 @@ import numpy as np
 
 from symgen.runtime.code.facts import Facts
 from symgen.runtime.code.function_text import FunctionText
+from symgen.runtime.code.recipe import recipe_of
 from symgen.runtime.graph.form import OUT, Array, Form, Loop, Name, P, Place, Solve, Statement, T, Write, Y
 from symgen.runtime.graph.functions import ENTRIES
-from symgen.runtime.graph.recipe import recipe_of
 
 _FACTORS = ("factor_ldl", "factor_fronts")
 # What can be sharp in the state. Sines of coordinates are not, as long as steps follow the motion.

@@ -21,7 +21,7 @@ class Facts(NamedTuple):
     work : int
         Of `rhs`: operations, each of the elementary functions as many as take the same time; else 0.
     smooth_where : str
-        A recipe (`graph/recipe.py`) of what it divides by or takes roots of: it is smooth where these stay away from
+        A recipe (`recipe.py`) of what it divides by or takes roots of: it is smooth where these stay away from
         zero. Empty where it is smooth everywhere, or for other reasons not.
     turns_back : bool
         Of `rhs`: whether rates of the opposite sign give the same accelerations, and the opposite power.
@@ -52,6 +52,12 @@ def from_text(text: str) -> dict[str, Facts]:
         name, is_sharp, is_smooth, latency, work, turns_back, smooth_where, inputs = line.split(" ")
         places = tuple(int(x) for x in inputs.split(",") if x)
         found[name] = Facts(
-            places, is_sharp == "1", is_smooth == "1", int(latency), int(work), smooth_where, turns_back == "1"
+            places,
+            is_sharp == "1",
+            is_smooth == "1",
+            int(latency),
+            int(work),
+            smooth_where,
+            turns_back == "1",
         )
     return found
