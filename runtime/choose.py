@@ -23,6 +23,8 @@ from symgen.runtime.record import record
 from symgen.runtime.size import is_large
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from symgen.runtime.system import System
 
 kkt = Late("symgen.runtime.constraints.kkt")
@@ -143,6 +145,18 @@ def _are_dearer(system: System, rtol: float) -> bool:
     if 1.0 / _CLEAR < ratio < _CLEAR and rtol < _LOOSEST_LOOKED_AT:
         ratio *= method_look.time_factor(system, rtol)
     return ratio > 1.0
+
+
+def has_weighed_series(notes: Sequence[str], system: System, rtol: float) -> bool:
+    """Whether a run's method was chosen in place of series by what these are made of: so they are there.
+
+    Parameters
+    ----------
+    notes : sequence of str
+        Of the run, those of `choose_method` among them.
+    """
+    why = f"method auto: {EXPLICIT}, because {_DEARER.format(_size_for_series(system))}"
+    return why in notes and step_costs.time_ratio(system, rtol) <= _CLEAR
 
 
 def _costs_of_series(system: System) -> step_costs.Costs:

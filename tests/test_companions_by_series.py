@@ -85,6 +85,20 @@ def test_quotients_and_roots_are_smooth_away_from_zero(potential, smooth):
     assert not is_smooth_along(system.run(60.0, method="dop853", fps=0.3))
 
 
+@pytest.mark.parametrize("rtol", [1e-6, 1e-8])
+def test_series_that_the_choice_of_the_method_has_made_go_beside_an_explicit_run(rtol, monkeypatch):
+    """They share nothing with it that would have to be confirmed; who names the method has not asked for series."""
+    asked, system = methods_of_companions(monkeypatch), symgen.load("bricard")
+    run = system.run(10.0, rtol=rtol, atol=rtol / 100)
+    assert run.method == "dop853" and accuracy(run).ok
+    assert asked == [("taylor", len(run.t))]
+    reference = system.run(10.0, method="taylor", rtol=1e-14, atol=1e-16)
+    true = float((np.abs(run.states - reference.states) / np.ptp(run.states, axis=0)).max())
+    assert accuracy(run).value == pytest.approx(true, rel=0.2)
+    named = system.run(10.0, method="dop853", rtol=rtol, atol=rtol / 100)
+    assert accuracy(named).value == pytest.approx(true, rel=0.2) and len(asked) == 1
+
+
 def test_a_fault_that_series_share_is_found(double_pendulum, monkeypatch):
     """Of a run with another weight of a bob, by what then agrees with it everywhere."""
     nominal = double_pendulum.run(10.0, method="taylor")

@@ -30,16 +30,18 @@ if TYPE_CHECKING:
     from symgen.runtime.solution import Solution
     from symgen.runtime.timing.timetable import Timetable
 
+choose = Late("symgen.runtime.choose")
 schedule = Late("symgen.runtime.inputs.schedule")
 contact_settings = Late("symgen.runtime.contact.settings")
 taylor_kernel = Late("symgen.runtime.taylor.kernel")
 
-_EXPLICIT = "dop853"
+_EXPLICIT, _SERIES = "dop853", "taylor"
 _TIGHTER = 0.01
 _LOOSEST, _TIGHTEST = 1e-9, 2e-14  # rtol of companions
 _OF_FIXED_STEPS = 1e-10
-# Steps of a run from which on a companion by series pays; its time, at most, in parts of an explicit one's.
-_FEWEST_BY_SERIES, _QUICKER = 32, 0.75
+# Steps of a run from which on a companion by series pays; its time, at most, in parts of an explicit one's: where that
+# has to confirm it, and where it stands alone.
+_FEWEST_BY_SERIES, _QUICKER, _QUICKER_ALONE = 32, 0.75, 0.9
 _LOOSE, _OF_LOOSE = 1e-5, 1e-3
 # From this rtol and order on no other method is more accurate than the run's own.
 _ALIKE, _HIGH_ORDER = 1e-12, 8
@@ -108,21 +110,23 @@ def independent(solution: Solution, own: Method, least_range: float) -> tuple[Co
 
 
 def by_series(solution: Solution, accurate: Companion) -> Companion | None:
-    """Return a companion by series, as accurate as an explicit one, of a run by series whose equations are smooth.
+    """Return a companion by series, as accurate as an explicit one, of a run whose equations are smooth.
 
-    It takes a third of the time or less, and meets nothing in fewer places: there is nothing to meet. As it shares the
-    method with the run, the explicit one has to confirm it in places (`error_estimate.py`).
+    It takes a third of the time or less, and meets nothing in fewer places: there is nothing to meet. Beside a run by
+    series, with which it shares the method, the explicit one has to confirm it in places (`error_estimate.py`). Beside
+    an explicit one it is where the choice of the method has made the series.
     """
-    own = METHODS.get(solution.method)
-    if own is None or not own.series or accurate.method is own or solution.timetable is not None:
+    own, system = METHODS.get(solution.method), solution.system
+    if own is None or accurate.method.series or solution.timetable is not None:
         return None
-    system = solution.system
+    if not own.series and not choose.has_weighed_series(solution.notes, system, solution.rtol):
+        return None
     if solution.stats["steps"] < _FEWEST_BY_SERIES or not is_smooth_along(solution):
         return None
     costs = taylor_kernel.taylor_addresses(system)[2:5]
-    if step_costs.time_ratio(system, accurate.rtol, costs) > _QUICKER:
+    if step_costs.time_ratio(system, accurate.rtol, costs) > (_QUICKER if own.series else _QUICKER_ALONE):
         return None
-    return replace(accurate, method=own)
+    return replace(accurate, method=METHODS[_SERIES])
 
 
 def follow_smooth(

@@ -349,7 +349,10 @@ class _Comparison:
         return float(self._t[0] + _OPTIMISTIC * part * (self._t[-1] - self._t[0]))
 
     def by_series(self, accurate: Companion, operations: float) -> ErrorEstimate | None:
-        """Return what a companion by series says of all of a run, where an explicit one confirms it; else None."""
+        """Return what a companion by series says of all of a run; None where an explicit one has to say it.
+
+        It does not share the method of an explicit run; that of one by series has to be confirmed.
+        """
         companion = by_series(self._solution, accurate)
         if companion is None or self.jumps:
             return None
@@ -361,7 +364,9 @@ class _Comparison:
         if states is None:
             return None
         found = self._said(companion, 0, Followed(states, 0, self.end, ended=False))
-        return found if found.largest <= LARGEST_ERROR and self._is_confirmed(found, accurate) else None
+        if found.largest > LARGEST_ERROR:
+            return None
+        return found if not self.own.series or self._is_confirmed(found, accurate) else None
 
     def _is_confirmed(self, found: ErrorEstimate, accurate: Companion) -> bool:
         """Whether a companion goes the way of another one where steps of the run were shortest, and where longest.
