@@ -532,11 +532,10 @@ class _Comparison:
             # By an event that the run met later, or not at all.
             relative[-1] = np.maximum(relative[-1], (t[-1] - found.t) / (self._t[-1] - self._t[0]))
             known = True
-        worst, rate = row_maxima(relative), None
-        # Of small errors that are known up to the end nobody asks how they came.
-        told = known and first == 0 and not worst.max() > LARGEST_ERROR
-        if not told and is_exponential(t[:n], worst):
-            rate = growth_rate(t[:n], worst)
+        if known and first == 0 and relative.max() <= LARGEST_ERROR:  # how small errors came nobody asks
+            return ErrorEstimate(t[:n], relative, known, None, self._sharp, found.states)
+        worst = row_maxima(relative)
+        rate = growth_rate(t[:n], worst) if is_exponential(t[:n], worst) else None
         return ErrorEstimate(t[:n], relative, known, rate, self._sharp, found.states)
 
     def drifting(self, part: ErrorEstimate, companion: Companion, operations: float) -> Phase | None:
