@@ -9,7 +9,7 @@ import numpy as np
 from symgen.runtime import step_costs
 from symgen.runtime.batches import accelerations_and_multipliers
 from symgen.runtime.checks.steps import MOST_IN_A_PERIOD, PERIODS, step_for_phases
-from symgen.runtime.checks.time_scales import TimeScales, change_rate, time_scales
+from symgen.runtime.checks.time_scales import TimeScales, all_slower, change_rate, time_scales
 from symgen.runtime.errors import RuntimeModelError, nearest
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.large_models import has_sparse_form, suited_to_size
@@ -351,7 +351,7 @@ def _stays_calm(system: System, p: np.ndarray, t: float, scouting: LoopArrays, h
     if scouting.h_last > _SETTLED * (scouting.t - t) / _FIRST_STAGE:
         return False
     slow = max(halfway, float(change_rate(system, q, v)))
-    return time_scales(system, p, scouting.t, q, v).fastest < STIFFNESS_RATIO * slow
+    return all_slower(system, p, scouting.t, q, v, STIFFNESS_RATIO * slow)
 
 
 def _why_implicit(
