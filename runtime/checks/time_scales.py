@@ -137,8 +137,8 @@ def time_scales(system: System, p: np.ndarray, t: float, q: np.ndarray, v: np.nd
 def all_slower(system: System, p: np.ndarray, t: float, q: np.ndarray, v: np.ndarray, rate: float) -> bool:
     """Return whether all eigenvalues at a state are below a rate [1/s]: what `time_scales` says of the fastest.
 
-    No eigenvalue is larger than that of the matrix of two rows that norms of the Jacobian's blocks are (Ostrowski 1961).
-    Of many rates, eigenvalues take longest, and are asked for only where that does not tell.
+    No eigenvalue is larger than that of the matrix of two rows which norms of the Jacobian's blocks make (Ostrowski
+    1961). Of many rates, eigenvalues take longest, and are asked for only where that does not tell.
     """
     if is_large(system):
         return time_scales(system, p, t, q, v).fastest < rate
