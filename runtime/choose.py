@@ -305,7 +305,7 @@ def _look_ahead(system: System, p: np.ndarray, t: float, state: np.ndarray, scou
     halfway = float(change_rate(system, y[:nq], y[nq:]))
     scouting.advance(np.inf, _FIRST_STAGE - _FIRST_STAGE // 2, keep_log=True)
     went = scouting.h_last > 0.0 and bool(np.isfinite(y).all())  # else the run will say why
-    if went and _keeps_its_energy(system) and _stays_calm(system, p, t, scouting, halfway):
+    if went and _loses_nothing(system) and _stays_calm(system, p, t, scouting, halfway):
         return ""
     start = time_scales(system, p, t, state[:nq], state[nq:])
     if reason := _why_stiff_at_start(start):
@@ -332,9 +332,17 @@ def _look_ahead(system: System, p: np.ndarray, t: float, state: np.ndarray, scou
     return _why_implicit(system, p, scouting, look, limited and look.decays, until)
 
 
-def _keeps_its_energy(system: System) -> bool:
-    """Whether nothing dies out, so that what is fast shows soon: velocity constraints calm motions without a loss."""
-    return bool(system.structure["conservative"]) and not system.nn
+def _loses_nothing(system: System) -> bool:
+    """Whether nothing dies out, so that what is fast shows soon: velocity constraints calm motions without a loss.
+
+    A motion that goes the same way back, as one under a constant torque, has no decays that were not growth then.
+    """
+    if system.nn:
+        return False
+    if system.structure["conservative"]:
+        return True
+    acts = system.structure["time_dependent"] or system.input_descriptions or system.has_feedback
+    return not (acts or system.events or system.switches) and system.source.facts("rhs").turns_back
 
 
 def _stays_calm(system: System, p: np.ndarray, t: float, scouting: LoopArrays, halfway: float) -> bool:

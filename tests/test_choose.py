@@ -215,6 +215,20 @@ def test_a_look_at_a_few_steps_is_enough_where_nothing_is_near_stiffness(monkeyp
     assert stages_of_scout(monkeypatch, derived("free_rigid_body")) == ("taylor", [10, 10])
 
 
+@pytest.mark.parametrize(
+    ("torque", "stages"), [("3", 2), ("3*sin(a)", 2), ("3 - dot(a)/10", 3), ("3*cos(t)", 3)]
+)
+def test_a_motor_without_losses_needs_no_further_look(torque, stages, monkeypatch):
+    """What goes the same way back has no decays that would leave something slow behind."""
+    model = Model("driven")
+    a = model.coordinate("a", start=1.0, rate=0.5)
+    model.kinetic(dot(a) ** 2 / 2)
+    model.potential("-cos(a)")
+    model.force("a", torque)
+    name, asked = stages_of_scout(monkeypatch, derive(model))
+    assert name == "taylor" and len(asked) == stages
+
+
 def test_what_is_stiff_or_dies_out_is_looked_at_further(monkeypatch):
     name, asked = stages_of_scout(monkeypatch, derived("damped_spring_pendulum"))
     assert name == "radau9" and asked[:3] == [10, 10, 80]
