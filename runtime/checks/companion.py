@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime import step_costs
-from symgen.runtime.checks.smoothness import is_smooth_along
+from symgen.runtime.checks.smoothness import is_smooth_along, may_be_smooth
 from symgen.runtime.checks.work import SHORT, operations_of_run
 from symgen.runtime.driver import Run
 from symgen.runtime.errors import ContactError, RuntimeModelError
@@ -37,7 +37,7 @@ taylor_kernel = Late("symgen.runtime.taylor.kernel")
 
 _EXPLICIT, _SERIES = "dop853", "taylor"
 _TIGHTER = 0.01
-_LOOSEST, _TIGHTEST = 1e-9, 2e-14  # rtol of companions
+_LOOSEST, TIGHTEST = 1e-9, 2e-14  # rtol of companions
 _OF_FIXED_STEPS = 1e-10
 # Steps of a run from which on a companion by series pays; its time, at most, in parts of an explicit one's: where that
 # has to confirm it, and where it stands alone.
@@ -105,12 +105,12 @@ def independent(solution: Solution, own: Method, least_range: float) -> tuple[Co
     rtol = min(_TIGHTER * solution.rtol, _LOOSEST) if own.adaptive else _OF_FIXED_STEPS
     return tuple(
         Companion(METHODS[_EXPLICIT], tol, min(_TIGHTER * tol, _ATOL_OF_RANGE * least_range))
-        for tol in sorted({max(rtol, _TIGHTEST), _TIGHTEST}, reverse=True)
+        for tol in sorted({max(rtol, TIGHTEST), TIGHTEST}, reverse=True)
     )
 
 
 def by_series(solution: Solution, accurate: Companion) -> Companion | None:
-    """Return a companion by series, as accurate as an explicit one, of a run whose equations are smooth.
+    """Return a companion by series, as accurate as an explicit one, of a run whose equations may be smooth along it.
 
     It takes a third of the time or less, and meets nothing in fewer places: there is nothing to meet. Beside a run by
     series, with which it shares the method, the explicit one has to confirm it in places (`error_estimate.py`). Beside
@@ -121,7 +121,7 @@ def by_series(solution: Solution, accurate: Companion) -> Companion | None:
         return None
     if not own.series and not choose.has_weighed_series(solution.notes, system, solution.rtol):
         return None
-    if solution.stats["steps"] < _FEWEST_BY_SERIES or not is_smooth_along(solution):
+    if solution.stats["steps"] < _FEWEST_BY_SERIES or not may_be_smooth(solution):
         return None
     costs = taylor_kernel.taylor_addresses(system)[2:5]
     if step_costs.time_ratio(system, accurate.rtol, costs) > (_QUICKER if own.series else _QUICKER_ALONE):
@@ -182,7 +182,7 @@ def tighter(companion: Companion) -> Companion:
 def finer(solution: Solution, own: Method, least_range: float) -> Companion:
     """Return the run's own method, with tighter tolerances or half the step: where stability holds others back."""
     if own.adaptive:
-        rtol = max(_TIGHTER * solution.rtol, _TIGHTEST)
+        rtol = max(_TIGHTER * solution.rtol, TIGHTEST)
         return Companion(own, rtol, min(solution.atol * rtol / solution.rtol, _ATOL_OF_RANGE * least_range))
     factor = 2.0**own.order
     return Companion(own, solution.rtol, solution.atol, 0.5 * solution.step, factor / (factor - 1.0))

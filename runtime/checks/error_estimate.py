@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symgen.runtime import step_costs
 from symgen.runtime.batches import right_hand_sides
 from symgen.runtime.checks.amplification import Amplification, Stretch, together
 from symgen.runtime.checks.companion import (
+    TIGHTEST,
     Companion,
     Followed,
     by_series,
@@ -33,6 +35,7 @@ from symgen.runtime.checks.growth import (
     slope,
 )
 from symgen.runtime.checks.sharpness import may_be_sharp
+from symgen.runtime.checks.smoothness import divided, parts_between_frames, stays_smooth
 from symgen.runtime.checks.undersampled import seen_between
 from symgen.runtime.checks.work import operations_of_run, operations_per_step
 from symgen.runtime.integrate.methods import find_method
@@ -95,6 +98,10 @@ _ROUGH_MAY = 4.0  # times the operations of an accurate one, at least
 # Of a run, what an explicit companion confirms of one by series; the most steps for that; what it may find, in parts of
 # the error that the other one has found.
 _PART_TO_CONFIRM, _STEPS_TO_CONFIRM, _OF_FOUND_BY_SERIES = 1.0 / 16.0, 2000, 0.5
+_TO_CONFIRM, _MORE_ACCURATE = (
+    0.25,
+    0.01,
+)  # of the operations allowed; of the tolerance, where it does not confirm
 _DENSE = 600  # times at which two motions of other energies are compared
 _LEAST_LOOSE = 1e-12  # rtol from which on neighbours are not made tighter
 _UNSURE = 1.25  # times an exponent: along some stretches differences grow faster than along others
@@ -359,10 +366,16 @@ class _Comparison:
         more = (self._solution.rtol / companion.rtol) ** (1.0 / companion.method.order)
         if more * operations_of_run(self._solution) > operations:
             return None
-        most = self._most_steps(companion, operations)
-        states = follow_smooth(self._solution, companion, self._t, self._states[0], most)
-        if states is None:
+        # Where frames see too little of it, what the run went along is looked at beside it.
+        parts = parts_between_frames(self._solution)
+        times = divided(self._t, parts)
+        if times is None or (parts == 1 and not stays_smooth(self._solution, self._t, self._states)):
             return None
+        most = self._most_steps(companion, operations)
+        states = follow_smooth(self._solution, companion, times, self._states[0], most)
+        if states is None or (parts > 1 and not stays_smooth(self._solution, times, states)):
+            return None
+        states = states[::parts]
         found = self._said(companion, 0, Followed(states, 0, self.end, ended=False))
         if found.largest > LARGEST_ERROR:
             return None
@@ -375,13 +388,20 @@ class _Comparison:
         came in all of the run.
         """
         harmless = max(_OF_FOUND_BY_SERIES * found.largest, self._solution.rtol)
+        explicit = self._solution.stats["steps"] / step_costs.step_ratio(accurate.rtol)
+        most = max(_STEPS_TO_CONFIRM, int(_UNEVEN * _PART_TO_CONFIRM * explicit))
         for first, last in self._places_to_confirm():
             ends = self._t[[first, last]]
-            seen = follow_smooth(self._solution, accurate, ends, found.states[first], _STEPS_TO_CONFIRM)
-            if seen is None:
-                return False
-            off = float(self._off(seen[1:], found.states[last : last + 1], self._size).max())
-            if not off * (self.end - float(self._t[0])) <= harmless * float(ends[1] - ends[0]):
+            allowed = harmless * float(ends[1] - ends[0]) / (self.end - float(self._t[0]))
+            # Without energy scaling, an explicit one may be off by more than what it is to confirm.
+            for one in (accurate, accurate.with_tolerance(max(_MORE_ACCURATE * accurate.rtol, TIGHTEST))):
+                seen = follow_smooth(self._solution, one, ends, found.states[first], most)
+                if seen is None:
+                    return False
+                off = float(self._off(seen[1:], found.states[last : last + 1], self._size).max())
+                if off <= allowed:
+                    break
+            else:
                 return False
         return True
 
@@ -533,7 +553,7 @@ class _Comparison:
             relative[-1] = np.maximum(relative[-1], (t[-1] - found.t) / (self._t[-1] - self._t[0]))
             known = True
         if known and first == 0 and relative.max() <= LARGEST_ERROR:  # how small errors came nobody asks
-            return ErrorEstimate(t[:n], relative, known, None, self._sharp, found.states)
+            return ErrorEstimate(t[:n], relative, known, rate=None, states=found.states)
         worst = row_maxima(relative)
         rate = growth_rate(t[:n], worst) if is_exponential(t[:n], worst) else None
         return ErrorEstimate(t[:n], relative, known, rate, self._sharp, found.states)
