@@ -70,7 +70,7 @@ _PROBED, _ELSEWHERE = 3, 0.1  # states, and in parts of ranges, for whether that
 _LEAST_RIPPLE = 1e-3  # of a rate's magnitude: variations that count
 _ROUND_OFF = 1e4 * np.finfo(float).eps  # of a variable's magnitude
 _OF_ATOL, _LEAST = 10.0, 1e-14  # ranges below so many atol are no motion, and below this with fixed steps
-_MORE_FOR_ACCURATE = 3.0  # times the operations
+_MORE_FOR_ACCURATE, _GOES_ON = 3.0, 2.0  # times the operations
 _TO_THE_END, _SLOWER = 0.08, 1.5  # of the run's operations, for a companion that sees all of it; margin
 # rtol of a companion that goes on where errors are known: of these, and the loosest.
 _OF_FOUND, _LOOSEST_OF_REST = 1e-4, 1e-6
@@ -364,14 +364,15 @@ class _Comparison:
         if companion is None or self.jumps:
             return None
         more = (self._solution.rtol / companion.rtol) ** (1.0 / companion.method.order)
-        if more * operations_of_run(self._solution) > operations:
+        # One that stops on the way would go on for as many operations again.
+        if more * operations_of_run(self._solution) > _GOES_ON * operations:
             return None
         # Where frames see too little of it, what the run went along is looked at beside it.
         parts = parts_between_frames(self._solution)
         times = divided(self._t, parts)
         if times is None or (parts == 1 and not stays_smooth(self._solution, self._t, self._states)):
             return None
-        most = self._most_steps(companion, operations)
+        most = self._most_steps(companion, _GOES_ON * operations)
         states = follow_smooth(self._solution, companion, times, self._states[0], most)
         if states is None or (parts > 1 and not stays_smooth(self._solution, times, states)):
             return None
