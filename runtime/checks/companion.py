@@ -11,6 +11,7 @@ import numpy as np
 from symgen.runtime import step_costs
 from symgen.runtime.checks.smoothness import is_smooth_along, may_be_smooth
 from symgen.runtime.checks.work import SHORT, operations_of_run
+from symgen.runtime.constraints.energy_level import energy
 from symgen.runtime.driver import Run
 from symgen.runtime.errors import ContactError, RuntimeModelError
 from symgen.runtime.integrate import layout as at
@@ -151,6 +152,7 @@ def follow_smooth(
     arrays = borrow(
         solution.system, companion.method, solution.p, float(solution.t[0]), solution.states[0],
         frame_times=times if len(times) > 2 else np.zeros(0), rtol=companion.rtol, atol=companion.atol,
+        energy_level=_level(solution, companion, float(times[0]), state),
     )  # fmt: skip
     arrays.y[:n] = state
     arrays.control[[at.T, at.T_GRID, at.T_EVENT]] = times[0]
@@ -165,6 +167,16 @@ def follow_smooth(
         found = arrays.frames[:, :n].copy() if len(arrays.frames) else np.array([state, arrays.y[:n]])
     give_back(arrays)
     return found
+
+
+def _level(solution: Solution, companion: Companion, t: float, state: np.ndarray) -> float:
+    """Return the energy that a companion keeps [J], nan: none. A run that keeps its own is more accurate than others.
+
+    By series alone: what has to confirm them shares nothing with the run.
+    """
+    if companion.method.series and solution.energy.taken > 0.0:
+        return energy(solution.system, solution.p, t, state)
+    return math.nan
 
 
 def loose(least_range: float) -> Companion:
