@@ -9,7 +9,7 @@ import numpy as np
 from symgen.runtime import step_costs
 from symgen.runtime.batches import accelerations_and_multipliers
 from symgen.runtime.checks.steps import MOST_IN_A_PERIOD, PERIODS, step_for_phases
-from symgen.runtime.checks.time_scales import TimeScales, change_rate, time_scales
+from symgen.runtime.checks.time_scales import TimeScales, all_slower, change_rate, time_scales
 from symgen.runtime.errors import RuntimeModelError, nearest
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.large_models import has_sparse_form, suited_to_size
@@ -23,6 +23,8 @@ from symgen.runtime.record import record
 from symgen.runtime.size import is_large
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from symgen.runtime.system import System
 
 kkt = Late("symgen.runtime.constraints.kkt")
@@ -143,6 +145,18 @@ def _are_dearer(system: System, rtol: float) -> bool:
     if 1.0 / _CLEAR < ratio < _CLEAR and rtol < _LOOSEST_LOOKED_AT:
         ratio *= method_look.time_factor(system, rtol)
     return ratio > 1.0
+
+
+def has_weighed_series(notes: Sequence[str], system: System, rtol: float) -> bool:
+    """Whether a run's method was chosen in place of series by what these are made of: so they are there.
+
+    Parameters
+    ----------
+    notes : sequence of str
+        Of the run, those of `choose_method` among them.
+    """
+    why = f"method auto: {EXPLICIT}, because {_DEARER.format(_size_for_series(system))}"
+    return why in notes and step_costs.time_ratio(system, rtol) <= _CLEAR
 
 
 def _costs_of_series(system: System) -> step_costs.Costs:
@@ -291,7 +305,7 @@ def _look_ahead(system: System, p: np.ndarray, t: float, state: np.ndarray, scou
     halfway = float(change_rate(system, y[:nq], y[nq:]))
     scouting.advance(np.inf, _FIRST_STAGE - _FIRST_STAGE // 2, keep_log=True)
     went = scouting.h_last > 0.0 and bool(np.isfinite(y).all())  # else the run will say why
-    if went and _keeps_its_energy(system) and _stays_calm(system, p, t, scouting, halfway):
+    if went and _loses_nothing(system) and _stays_calm(system, p, t, scouting, halfway):
         return ""
     start = time_scales(system, p, t, state[:nq], state[nq:])
     if reason := _why_stiff_at_start(start):
@@ -318,9 +332,17 @@ def _look_ahead(system: System, p: np.ndarray, t: float, state: np.ndarray, scou
     return _why_implicit(system, p, scouting, look, limited and look.decays, until)
 
 
-def _keeps_its_energy(system: System) -> bool:
-    """Whether nothing dies out, so that what is fast shows soon: velocity constraints calm motions without a loss."""
-    return bool(system.structure["conservative"]) and not system.nn
+def _loses_nothing(system: System) -> bool:
+    """Whether nothing dies out, so that what is fast shows soon: velocity constraints calm motions without a loss.
+
+    A motion that goes the same way back, as one under a constant torque, has no decays that were not growth then.
+    """
+    if system.nn:
+        return False
+    if system.structure["conservative"]:
+        return True
+    acts = system.structure["time_dependent"] or system.input_descriptions or system.has_feedback
+    return not (acts or system.events or system.switches) and system.source.facts("rhs").turns_back
 
 
 def _stays_calm(system: System, p: np.ndarray, t: float, scouting: LoopArrays, halfway: float) -> bool:
@@ -337,7 +359,7 @@ def _stays_calm(system: System, p: np.ndarray, t: float, scouting: LoopArrays, h
     if scouting.h_last > _SETTLED * (scouting.t - t) / _FIRST_STAGE:
         return False
     slow = max(halfway, float(change_rate(system, q, v)))
-    return time_scales(system, p, scouting.t, q, v).fastest < STIFFNESS_RATIO * slow
+    return all_slower(system, p, scouting.t, q, v, STIFFNESS_RATIO * slow)
 
 
 def _why_implicit(

@@ -28,7 +28,7 @@ dataflow = Late("symgen.runtime.code.dataflow")
 # The files that decide what passes; a test holds the list against their imports.
 _SOURCES = (
     "module_check.py", "abi.py", "names.py", "code/dataflow.py", "code/parse.py", "code/function_text.py",
-    "code/facts.py", "code/printing.py", "code/dense_ldl.py", "code/front_ldl.py",
+    "code/facts.py", "code/recipe.py", "code/printing.py", "code/dense_ldl.py", "code/front_ldl.py",
     "graph/form.py", "graph/functions.py", "graph/layouts.py", "graph/nodes.py", "graph/spelling.py",
 )  # fmt: skip
 _KEPT = 1000
@@ -88,7 +88,7 @@ def _follow(source: ModuleSource) -> str:
     if header.get("switches"):
         _compare(closed_header(header), written, texts, CLOSED)
     n_parameters = len(header["parameters"])
-    return as_text({name: dataflow.facts_of(text.form, n_parameters) for name, text in texts.items()})
+    return as_text({name: dataflow.facts_of(text.form, n_parameters, header) for name, text in texts.items()})
 
 
 def _compare(header: dict, written: dict[str, np.ndarray], texts: dict, prefix: str) -> None:

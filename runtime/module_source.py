@@ -177,7 +177,11 @@ class ModuleSource:
             return from_text(self.facts_text)
         n_parameters = len(self.header["parameters"])
         texts = {name: self.function(name) for name in self.functions}
-        return {name: dataflow.facts_of(text.form, n_parameters) for name, text in texts.items() if text}
+        return {
+            name: dataflow.facts_of(text.form, n_parameters, self.header)
+            for name, text in texts.items()
+            if text
+        }
 
     @functools.cached_property
     def tables_hash(self) -> str:

@@ -11,11 +11,13 @@ from symgen import Model, dot, sqrt
 from symgen.link import derive
 from symgen.model.library import find, load
 from symgen.runtime import choose, step_costs
+from symgen.runtime.checks import time_scales
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate import taylor
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.loop_arrays import LoopArrays
 from symgen.runtime.options import RunOptions
+from symgen.runtime.positions import Positions
 from symgen.runtime.taylor.kernel import N_ROWS
 
 
@@ -213,11 +215,43 @@ def test_a_look_at_a_few_steps_is_enough_where_nothing_is_near_stiffness(monkeyp
     assert stages_of_scout(monkeypatch, derived("free_rigid_body")) == ("taylor", [10, 10])
 
 
+@pytest.mark.parametrize(
+    ("torque", "stages"), [("3", 2), ("3*sin(a)", 2), ("3 - dot(a)/10", 3), ("3*cos(t)", 3)]
+)
+def test_a_motor_without_losses_needs_no_further_look(torque, stages, monkeypatch):
+    """What goes the same way back has no decays that would leave something slow behind."""
+    model = Model("driven")
+    a = model.coordinate("a", start=1.0, rate=0.5)
+    model.kinetic(dot(a) ** 2 / 2)
+    model.potential("-cos(a)")
+    model.force("a", torque)
+    name, asked = stages_of_scout(monkeypatch, derive(model))
+    assert name == "taylor" and len(asked) == stages
+
+
 def test_what_is_stiff_or_dies_out_is_looked_at_further(monkeypatch):
     name, asked = stages_of_scout(monkeypatch, derived("damped_spring_pendulum"))
     assert name == "radau9" and asked[:3] == [10, 10, 80]
     name, asked = stages_of_scout(monkeypatch, derived("seven_dof_arm"), rtol=1e-2)  # damped joints
     assert name == "dop853" and asked[:3] == [10, 10, 80]
+
+
+@pytest.mark.parametrize("name", ["n_pendulum", "humanoid_tree", "spring_chain", "car_axis", "bicycle"])
+def test_what_bounds_eigenvalues_is_above_them(name):
+    """From many rates on it says that a motion is calm; where it does not, eigenvalues do, and both agree."""
+    system = derived(name)
+    state, p = np.hstack(system.initial_state()[:2]), system.parameter_values()
+    rng = np.random.default_rng(3)
+    for size in (0.0, 0.1, 1.0):
+        y = state + size * rng.normal(size=len(state))
+        for i, _ in Positions(system).quaternions:
+            y[i : i + 4] /= np.linalg.norm(y[i : i + 4])
+        q, v = y[: system.nq], y[system.nq :]
+        jacobian = time_scales.motion_jacobian(system, p, 0.0, q, v)
+        true, bound = np.abs(np.linalg.eigvals(jacobian)).max(), time_scales._bound(jacobian, system.nv)
+        assert true <= bound * (1.0 + 1e-9)
+        for rate in (0.9 * true, 1.1 * true, 1.1 * bound):
+            assert time_scales.all_slower(system, p, 0.0, q, v, rate) == (rate > true)
 
 
 def test_tight_tolerances_need_no_look(monkeypatch):

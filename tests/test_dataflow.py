@@ -16,6 +16,7 @@ from symgen.derive.solve import choice
 from symgen.emit import module as function_text
 from symgen.emit.module import emit
 from symgen.model.library import find, load
+from symgen.runtime.code import facts
 from symgen.runtime.code.dataflow import follow
 from symgen.runtime.code.function_text import FunctionText, Lengths
 from symgen.runtime.errors import ModuleError
@@ -190,3 +191,37 @@ def test_sums_of_hundreds_are_written_flat():
     assert out[0] == pytest.approx(600 * 601 / 2, rel=1e-14)
     with pytest.raises(ModuleError, match="more than 150 parentheses"):
         body(f"out[0] = {'(1.0 + ' * 160}y[0]{')' * 160}", n=1)
+
+
+@pytest.mark.parametrize(
+    ("force", "turns_back"),
+    [
+        ("3", True),
+        ("sin(x)", True),
+        ("dot(x)^2*y", True),
+        ("sqrt(1 + (dot(x)*dot(y))^2)", True),
+        ("-dot(x)", False),
+        ("dot(x)*dot(y)*dot(y)", False),
+        ("atan2(dot(x), 1 + x^2)", False),
+        ("tanh(dot(x))*tanh(dot(y))", True),
+    ],
+)
+def test_whether_a_motion_turned_back_goes_the_same_way(force, turns_back):
+    """By what operations are, and by accelerations and the power at states with rates of both signs."""
+    model = Model("forced")
+    model.coordinate("x"), model.coordinate("y")
+    model.kinetic("(2 + sin(y))*dot(x)^2/2 + dot(y)^2/2 + dot(x)*dot(y)/2")
+    model.force("x", force)
+    system = model.derive()
+    assert system.source.facts("rhs").turns_back == turns_back
+    q, v, p = np.array([0.3, 0.8]), np.array([0.7, -1.9]), system.parameter_values()
+    forth, back = (system.kernel("rhs")(0.0, np.concatenate([q, sign * v]), p)[2:5] for sign in (1.0, -1.0))
+    assert np.allclose(forth, back * [1.0, 1.0, -1.0], rtol=1e-14, atol=0.0) == turns_back
+
+
+def test_facts_are_read_as_they_were_written():
+    for name in ("andrews_squeezer", "double_pendulum"):
+        source = link.derive(load(find(name))).source
+        known = {name: source.facts(name) for name in ("rhs", "residual")}
+        assert facts.from_text(facts.as_text(known)) == known
+    assert known["rhs"].turns_back and known["residual"].is_smooth

@@ -412,8 +412,10 @@ def _held_by(potential, rate=0.1) -> runtime.System:
     [
         (lambda x: x**2 / 2 + x**4, True),
         (lambda x: -cos(x), True),
-        (lambda x: sqrt(1 + x**2), False),
-        (lambda x: 1 / (1 + x**2), False),
+        (lambda x: sqrt(1 + x**2), True),
+        (lambda x: 1 / (1 + x**2), True),
+        (lambda x: sqrt(1e-6 + x**2), False),
+        (lambda x: x**2 / 2 + 1e-4 / (1e-4 + x**2), False),
         (lambda x: exp(-(x**2)), False),
         (lambda x: maximum(x, 0) ** 2, False),
         (lambda x: x**2 + x * sin(3 * t), False),

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime import step_costs
+from symgen.runtime.checks.smoothness import is_smooth_along, may_be_smooth
 from symgen.runtime.checks.work import SHORT, operations_of_run
+from symgen.runtime.constraints.energy_level import energy
 from symgen.runtime.driver import Run
 from symgen.runtime.errors import ContactError, RuntimeModelError
 from symgen.runtime.integrate import layout as at
@@ -27,19 +29,20 @@ if TYPE_CHECKING:
     from symgen.runtime.checks.jumped_over import SharpPlaces
     from symgen.runtime.event_actions import EventRecord
     from symgen.runtime.solution import Solution
-    from symgen.runtime.system import System
     from symgen.runtime.timing.timetable import Timetable
 
+choose = Late("symgen.runtime.choose")
 schedule = Late("symgen.runtime.inputs.schedule")
 contact_settings = Late("symgen.runtime.contact.settings")
 taylor_kernel = Late("symgen.runtime.taylor.kernel")
 
-_EXPLICIT = "dop853"
+_EXPLICIT, _SERIES = "dop853", "taylor"
 _TIGHTER = 0.01
-_LOOSEST, _TIGHTEST = 1e-9, 2e-14  # rtol of companions
+_LOOSEST, TIGHTEST = 1e-9, 2e-14  # rtol of companions
 _OF_FIXED_STEPS = 1e-10
-# Steps of a run from which on a companion by series pays; its time, at most, in parts of an explicit one's.
-_FEWEST_BY_SERIES, _QUICKER = 32, 0.75
+# Steps of a run from which on a companion by series pays; its time, at most, in parts of an explicit one's: where that
+# has to confirm it, and where it stands alone.
+_FEWEST_BY_SERIES, _QUICKER, _QUICKER_ALONE = 32, 0.75, 0.9
 _LOOSE, _OF_LOOSE = 1e-5, 1e-3
 # From this rtol and order on no other method is more accurate than the run's own.
 _ALIKE, _HIGH_ORDER = 1e-12, 8
@@ -103,26 +106,28 @@ def independent(solution: Solution, own: Method, least_range: float) -> tuple[Co
     rtol = min(_TIGHTER * solution.rtol, _LOOSEST) if own.adaptive else _OF_FIXED_STEPS
     return tuple(
         Companion(METHODS[_EXPLICIT], tol, min(_TIGHTER * tol, _ATOL_OF_RANGE * least_range))
-        for tol in sorted({max(rtol, _TIGHTEST), _TIGHTEST}, reverse=True)
+        for tol in sorted({max(rtol, TIGHTEST), TIGHTEST}, reverse=True)
     )
 
 
 def by_series(solution: Solution, accurate: Companion) -> Companion | None:
-    """Return a companion by series, as accurate as an explicit one, of a run by series whose equations are smooth.
+    """Return a companion by series, as accurate as an explicit one, of a run whose equations may be smooth along it.
 
-    It takes a third of the time or less, and meets nothing in fewer places: there is nothing to meet. As it shares the
-    method with the run, the explicit one has to confirm it in places (`error_estimate.py`).
+    It takes a third of the time or less, and meets nothing in fewer places: there is nothing to meet. Beside a run by
+    series, with which it shares the method, the explicit one has to confirm it in places (`error_estimate.py`). Beside
+    an explicit one it is where the choice of the method has made the series.
     """
-    own = METHODS.get(solution.method)
-    if own is None or not own.series or accurate.method is own or solution.timetable is not None:
+    own, system = METHODS.get(solution.method), solution.system
+    if own is None or accurate.method.series or solution.timetable is not None:
         return None
-    system = solution.system
-    if solution.stats["steps"] < _FEWEST_BY_SERIES or not is_smooth(system):
+    if not own.series and not choose.has_weighed_series(solution.notes, system, solution.rtol):
+        return None
+    if solution.stats["steps"] < _FEWEST_BY_SERIES or not may_be_smooth(solution):
         return None
     costs = taylor_kernel.taylor_addresses(system)[2:5]
-    if step_costs.time_ratio(system, accurate.rtol, costs) > _QUICKER:
+    if step_costs.time_ratio(system, accurate.rtol, costs) > (_QUICKER if own.series else _QUICKER_ALONE):
         return None
-    return replace(accurate, method=own)
+    return replace(accurate, method=METHODS[_SERIES])
 
 
 def follow_smooth(
@@ -147,6 +152,7 @@ def follow_smooth(
     arrays = borrow(
         solution.system, companion.method, solution.p, float(solution.t[0]), solution.states[0],
         frame_times=times if len(times) > 2 else np.zeros(0), rtol=companion.rtol, atol=companion.atol,
+        energy_level=_level(solution, companion, float(times[0]), state),
     )  # fmt: skip
     arrays.y[:n] = state
     arrays.control[[at.T, at.T_GRID, at.T_EVENT]] = times[0]
@@ -161,6 +167,16 @@ def follow_smooth(
         found = arrays.frames[:, :n].copy() if len(arrays.frames) else np.array([state, arrays.y[:n]])
     give_back(arrays)
     return found
+
+
+def _level(solution: Solution, companion: Companion, t: float, state: np.ndarray) -> float:
+    """Return the energy that a companion keeps [J], nan: none. A run that keeps its own is more accurate than others.
+
+    By series alone: what has to confirm them shares nothing with the run.
+    """
+    if companion.method.series and solution.energy.taken > 0.0:
+        return energy(solution.system, solution.p, t, state)
+    return math.nan
 
 
 def loose(least_range: float) -> Companion:
@@ -178,7 +194,7 @@ def tighter(companion: Companion) -> Companion:
 def finer(solution: Solution, own: Method, least_range: float) -> Companion:
     """Return the run's own method, with tighter tolerances or half the step: where stability holds others back."""
     if own.adaptive:
-        rtol = max(_TIGHTER * solution.rtol, _TIGHTEST)
+        rtol = max(_TIGHTER * solution.rtol, TIGHTEST)
         return Companion(own, rtol, min(solution.atol * rtol / solution.rtol, _ATOL_OF_RANGE * least_range))
     factor = 2.0**own.order
     return Companion(own, solution.rtol, solution.atol, 0.5 * solution.step, factor / (factor - 1.0))
@@ -279,7 +295,7 @@ def _timetable(
     step_limits, breaks = (own.step_limits, own.breaks) if own is not None else (None, ())
     looks = min(_LOOKS, _OF_ALLOWED * most_steps)
     adaptive = companion.method.adaptive
-    limited = adaptive and companion.rtol < _LOOSE and looks >= 1.0 and not is_smooth(solution.system)
+    limited = adaptive and companion.rtol < _LOOSE and looks >= 1.0 and not is_smooth_along(solution)
     longest = _UNLIKE * (end - t) / looks if limited else None
     if longest is not None and longest < shortest_max_step(t, end):
         longest = None  # frames may be as near to each other as round-off
@@ -289,12 +305,6 @@ def _timetable(
     return timetable(
         step_limits, companion.method, RunOptions(t_start=t, t_end=end, max_step=longest, breaks=breaks)
     )
-
-
-def is_smooth(system: System) -> bool:
-    """Whether nothing in a model can act for a short time only: neither time nor an event, nor what the state nears."""
-    acts = system.events or system.input_descriptions or system.structure["time_dependent"]
-    return not acts and system.source.facts("residual").is_smooth
 
 
 def tell_closed(solution: Solution, t: float, p: np.ndarray) -> None:

@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symgen.runtime import step_costs
 from symgen.runtime.batches import right_hand_sides
 from symgen.runtime.checks.amplification import Amplification, Stretch, together
 from symgen.runtime.checks.companion import (
+    TIGHTEST,
     Companion,
     Followed,
     by_series,
@@ -33,6 +35,7 @@ from symgen.runtime.checks.growth import (
     slope,
 )
 from symgen.runtime.checks.sharpness import may_be_sharp
+from symgen.runtime.checks.smoothness import divided, parts_between_frames, stays_smooth
 from symgen.runtime.checks.undersampled import seen_between
 from symgen.runtime.checks.work import operations_of_run, operations_per_step
 from symgen.runtime.integrate.methods import find_method
@@ -62,11 +65,12 @@ _HELD_BACK = (
 _LOST = 0.5  # of a range: from there on an accurate companion tells nothing more
 _LOST_FRAMES = 3  # in a row
 _AT_REST = 1e-9  # of the largest range: what moves less does not move
+_PLAIN, _SAME_SIZES = 1e-6, 0.01  # of the largest range; an error that leaves ranges as they are
 _PROBED, _ELSEWHERE = 3, 0.1  # states, and in parts of ranges, for whether that has to do with it
 _LEAST_RIPPLE = 1e-3  # of a rate's magnitude: variations that count
 _ROUND_OFF = 1e4 * np.finfo(float).eps  # of a variable's magnitude
 _OF_ATOL, _LEAST = 10.0, 1e-14  # ranges below so many atol are no motion, and below this with fixed steps
-_MORE_FOR_ACCURATE = 3.0  # times the operations
+_MORE_FOR_ACCURATE, _GOES_ON = 3.0, 2.0  # times the operations
 _TO_THE_END, _SLOWER = 0.08, 1.5  # of the run's operations, for a companion that sees all of it; margin
 # rtol of a companion that goes on where errors are known: of these, and the loosest.
 _OF_FOUND, _LOOSEST_OF_REST = 1e-4, 1e-6
@@ -94,6 +98,10 @@ _ROUGH_MAY = 4.0  # times the operations of an accurate one, at least
 # Of a run, what an explicit companion confirms of one by series; the most steps for that; what it may find, in parts of
 # the error that the other one has found.
 _PART_TO_CONFIRM, _STEPS_TO_CONFIRM, _OF_FOUND_BY_SERIES = 1.0 / 16.0, 2000, 0.5
+_TO_CONFIRM, _MORE_ACCURATE = (
+    0.25,
+    0.01,
+)  # of the operations allowed; of the tolerance, where it does not confirm
 _DENSE = 600  # times at which two motions of other energies are compared
 _LEAST_LOOSE = 1e-12  # rtol from which on neighbours are not made tighter
 _UNSURE = 1.25  # times an exponent: along some stretches differences grow faster than along others
@@ -327,8 +335,9 @@ class _Comparison:
         extent = self._extent(self._states)
         self._rest = _unresolved_rates(self.system, extent, self._t)
         self._apart = _apart(solution, extent, self._t, self._states)
-        self._size = np.maximum(extent.sizes(self.system, self._apart), np.maximum(self._least, self._rest))
-        ranges = extent.range
+        least, ranges = np.maximum(self._least, self._rest), extent.range
+        self._size = np.maximum(extent.sizes(self.system, self._apart), least)
+        self._is_plain = _is_plain(self.system, ranges, least)
         self.least_range = float(ranges[ranges >= _AT_REST * ranges.max()].min(initial=1.0))
         # A jump of the rates may come before a frame in one run, and after it in the other.
         self.jumps = any(event.action not in ("record", "terminate") for event in solution.events)
@@ -347,19 +356,31 @@ class _Comparison:
         return float(self._t[0] + _OPTIMISTIC * part * (self._t[-1] - self._t[0]))
 
     def by_series(self, accurate: Companion, operations: float) -> ErrorEstimate | None:
-        """Return what a companion by series says of all of a run, where an explicit one confirms it; else None."""
+        """Return what a companion by series says of all of a run; None where an explicit one has to say it.
+
+        It does not share the method of an explicit run; that of one by series has to be confirmed.
+        """
         companion = by_series(self._solution, accurate)
         if companion is None or self.jumps:
             return None
         more = (self._solution.rtol / companion.rtol) ** (1.0 / companion.method.order)
-        if more * operations_of_run(self._solution) > operations:
+        # One that stops on the way would go on for as many operations again.
+        if more * operations_of_run(self._solution) > _GOES_ON * operations:
             return None
-        most = self._most_steps(companion, operations)
-        states = follow_smooth(self._solution, companion, self._t, self._states[0], most)
-        if states is None:
+        # Where frames see too little of it, what the run went along is looked at beside it.
+        parts = parts_between_frames(self._solution)
+        times = divided(self._t, parts)
+        if times is None or (parts == 1 and not stays_smooth(self._solution, self._t, self._states)):
             return None
+        most = self._most_steps(companion, _GOES_ON * operations)
+        states = follow_smooth(self._solution, companion, times, self._states[0], most)
+        if states is None or (parts > 1 and not stays_smooth(self._solution, times, states)):
+            return None
+        states = states[::parts]
         found = self._said(companion, 0, Followed(states, 0, self.end, ended=False))
-        return found if found.largest <= LARGEST_ERROR and self._is_confirmed(found, accurate) else None
+        if found.largest > LARGEST_ERROR:
+            return None
+        return found if not self.own.series or self._is_confirmed(found, accurate) else None
 
     def _is_confirmed(self, found: ErrorEstimate, accurate: Companion) -> bool:
         """Whether a companion goes the way of another one where steps of the run were shortest, and where longest.
@@ -368,13 +389,20 @@ class _Comparison:
         came in all of the run.
         """
         harmless = max(_OF_FOUND_BY_SERIES * found.largest, self._solution.rtol)
+        explicit = self._solution.stats["steps"] / step_costs.step_ratio(accurate.rtol)
+        most = max(_STEPS_TO_CONFIRM, int(_UNEVEN * _PART_TO_CONFIRM * explicit))
         for first, last in self._places_to_confirm():
             ends = self._t[[first, last]]
-            seen = follow_smooth(self._solution, accurate, ends, found.states[first], _STEPS_TO_CONFIRM)
-            if seen is None:
-                return False
-            off = float(self._off(seen[1:], found.states[last : last + 1], self._size).max())
-            if not off * (self.end - float(self._t[0])) <= harmless * float(ends[1] - ends[0]):
+            allowed = harmless * float(ends[1] - ends[0]) / (self.end - float(self._t[0]))
+            # Without energy scaling, an explicit one may be off by more than what it is to confirm.
+            for one in (accurate, accurate.with_tolerance(max(_MORE_ACCURATE * accurate.rtol, TIGHTEST))):
+                seen = follow_smooth(self._solution, one, ends, found.states[first], most)
+                if seen is None:
+                    return False
+                off = float(self._off(seen[1:], found.states[last : last + 1], self._size).max())
+                if off <= allowed:
+                    break
+            else:
                 return False
         return True
 
@@ -511,9 +539,12 @@ class _Comparison:
         t, states = self._t[first:], self._states[first:]
         n = len(found.states)
         known = n == len(t) or self._is_lost(found.states, states)
+        relative = companion.remains * self._off(found.states, states, self._size)
         # What dies out moves little in a part from the middle: that is not what its error is measured by.
-        size = self._sizes_seen(found.states, companion) if n == len(self._t) else self._size
-        relative = companion.remains * self._off(found.states, states, size)
+        if n == len(self._t) and not (self._is_plain and relative.max() <= _SAME_SIZES):
+            relative = companion.remains * self._off(
+                found.states, states, self._sizes_seen(found.states, companion)
+            )
         if n == len(t) > 1 and max(found.jumped, last_jump(self._solution.events)) > t[-2]:
             # The last frame of one run may stand before a jump that in the other comes just in time.
             nq = self.system.nq
@@ -522,6 +553,8 @@ class _Comparison:
             # By an event that the run met later, or not at all.
             relative[-1] = np.maximum(relative[-1], (t[-1] - found.t) / (self._t[-1] - self._t[0]))
             known = True
+        if known and first == 0 and relative.max() <= LARGEST_ERROR:  # how small errors came nobody asks
+            return ErrorEstimate(t[:n], relative, known, rate=None, states=found.states)
         worst = row_maxima(relative)
         rate = growth_rate(t[:n], worst) if is_exponential(t[:n], worst) else None
         return ErrorEstimate(t[:n], relative, known, rate, self._sharp, found.states)
@@ -684,6 +717,14 @@ class Extent:
             moves = (own > _AT_REST * largest) | (apart[part] & (own > 0.0))
             size[..., part] = np.where(moves, rippled, largest)
         return np.maximum(size, np.maximum(_ROUND_OFF * magnitude, _TINY))
+
+
+def _is_plain(system: System, ranges: np.ndarray, least: np.ndarray) -> bool:
+    """Whether all coordinates and rates move, none by little beside others: then a near motion has the same sizes."""
+    if not (ranges > least).all():
+        return False
+    parts = (ranges[: system.nq], ranges[system.nq :])
+    return all(not part.size or part.min() > _PLAIN * part.max() for part in parts)
 
 
 def _angles(system: System, n: int) -> np.ndarray:

@@ -23,6 +23,7 @@ _DIFFERENCE = 1e-6
 _FINER = 1e-3 ** np.arange(5)  # steps of differences, in parts of the first
 _AGREE = 1e-3  # of the terms: differences with another step that are nearer are the same
 _NOISE = 16.0 * np.finfo(float).eps  # of the accelerations, in their differences
+_MANY_RATES = 8  # from which on eigenvalues take longer than a bound of them
 _OVERDAMPED = 0.5  # an eigenvalue with -Re above this part of its magnitude decays more than it oscillates
 
 
@@ -131,6 +132,32 @@ def time_scales(system: System, p: np.ndarray, t: float, q: np.ndarray, v: np.nd
     Of large models only the extreme eigenvalues are looked for.
     """
     return time_scales_at(system, p, np.array([t]), q[None], v[None])[0]
+
+
+def all_slower(system: System, p: np.ndarray, t: float, q: np.ndarray, v: np.ndarray, rate: float) -> bool:
+    """Return whether all eigenvalues at a state are below a rate [1/s]: what `time_scales` says of the fastest.
+
+    No eigenvalue is larger than that of the matrix of two rows which norms of the Jacobian's blocks make (Ostrowski
+    1961). Of many rates, eigenvalues take longest, and are asked for only where that does not tell.
+    """
+    if is_large(system):
+        return time_scales(system, p, t, q, v).fastest < rate
+    jacobian = motion_jacobian(system, p, t, q, v)
+    if system.nv >= _MANY_RATES and _bound(jacobian, system.nv) < rate:
+        return True
+    return float(np.abs(_eigenvalues(system, jacobian[None])).max(initial=0.0)) < rate
+
+
+def _bound(jacobian: np.ndarray, nv: int) -> float:
+    """Return the least of three bounds: sums of rows, of columns, and of squares, which are above spectral norms."""
+    blocks = np.abs(jacobian.reshape(2, nv, 2, nv))
+    of_rows, of_columns = blocks.sum(axis=3).max(axis=1), blocks.sum(axis=1).max(axis=2)
+    squares = np.sqrt((blocks**2).sum(axis=(1, 3)))
+    squares[0, 1] = 1.0  # of the identity, whose spectral norm that is
+    return min(
+        0.5 * (w + b) + float(np.sqrt(0.25 * (w - b) ** 2 + one * a))
+        for (w, one), (a, b) in (of_rows, of_columns, squares)
+    )
 
 
 def time_scales_at(

@@ -65,7 +65,10 @@ def _operations_per_step(solution: Solution, method: Method, is_own: bool) -> fl
             unknowns = system.m * (system.nv + system.m)
         iterations = stats["newton"] / steps * (_OF_NEWTON + unknowns)
     if system.m and not method.stiff:
-        solved += calls * (_OF_GUARD + _OF_ENTRY * system.m * system.nv) + operations.get("project", 0)
+        guarded = (
+            1.0 if method.series else calls
+        )  # series ask for accelerations once, and then for their derivatives
+        solved += guarded * (_OF_GUARD + _OF_ENTRY * system.m * system.nv) + operations.get("project", 0)
     if system.events:
         solved += _OF_EVENTS
     breaks = sum(len(pieces.breaks) for pieces in getattr(system, "all_pieces", ()))

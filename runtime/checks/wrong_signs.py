@@ -54,6 +54,8 @@ def _negative_damping(solution: Solution) -> Iterator[HealthCheck]:
     system, energy = solution.system, solution.energy
     if not system.nw or system.states:
         return  # forces of actuators and controllers may well feed a motion
+    if system.source.facts("rhs").turns_back:
+        return  # none of its power is even in the rates
     if (name := _negative_damper(solution)) is not None:
         value = float(solution.p[[record["name"] for record in system.parameters].index(name)])
         says = f"parameter {name!r} = {value:g} makes a damping negative, which feeds the motion: is its sign meant?"

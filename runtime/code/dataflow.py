@@ -6,14 +6,16 @@ One pass over its form. Loops are followed through their index tables, element b
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
-from typing import NoReturn
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NoReturn
 
 import numpy as np
 
 from symgen.runtime.code.facts import Facts
 from symgen.runtime.code.function_text import FunctionText
-from symgen.runtime.graph.form import OUT, Array, Form, Loop, Name, P, Place, Solve, Statement, Write
+from symgen.runtime.code.recipe import recipe_of
+from symgen.runtime.graph.form import OUT, Array, Form, Loop, Name, P, Place, Solve, Statement, T, Write, Y
+from symgen.runtime.graph.functions import ENTRIES
 
 _FACTORS = ("factor_ldl", "factor_fronts")
 # What can be sharp in the state. Sines of coordinates are not, as long as steps follow the motion.
@@ -36,6 +38,7 @@ _SHARP = frozenset(
     )
 )
 _SMOOTH = frozenset(("var", "const", "add", "sub", "mul", "neg", "sin", "cos"))
+_SMOOTH_APART = frozenset(("div", "sqrt"))  # from zero
 # Cycles until a result is there, and how many operations fill the same time; others are elementary functions.
 _LATENCY = {"add": 4, "sub": 4, "mul": 4, "neg": 1, "select": 5, "select_le": 5, "div": 14, "sqrt": 18}
 _WORK = {"div": 1, "sqrt": 6}
@@ -68,20 +71,72 @@ def follow(function: FunctionText, call_it: Callable[[int], str], *, sparse: boo
     return _Pass(function, call_it).follow(function.form, sparse)
 
 
-def facts_of(form: Form, n_parameters: int) -> Facts:
-    """Return what a function is like."""
+def facts_of(form: Form, n_parameters: int, header: Mapping[str, Any]) -> Facts:
+    """Return what a function of a model with a header is like."""
     read = form.places_read(P) if form.lengths.p > n_parameters else ()
     nodes = form.nodes
     of_state = list(nodes.reachable(form.roots(), ~P))
     # What is divided by parameters alone is a product.
     ops = {nodes.op[x] for x in of_state if nodes.op[x] != "div" or nodes.mask[nodes.args[x][-1]] & ~P}
+    smooth_where, turns_back = "", False
+    if form.name == "residual" and not ops <= _SMOOTH and ops <= _SMOOTH | _SMOOTH_APART:
+        smooth_where = _smooth_where(form, of_state)
+    if form.name == "rhs":
+        turns_back = _turns_back(form, header)
     is_sharp = any(nodes.op[node] in _SHARP and nodes.mask[nodes.args[node][-1]] & ~P for node in of_state)
     return Facts(
         tuple(sorted(place for place in read if place >= n_parameters)),
         is_sharp,
         ops <= _SMOOTH,
-        *(_effort(form) if form.name == "rhs" else ()),
+        *(_effort(form) if form.name == "rhs" else (0, 0)),
+        smooth_where,
+        turns_back,
     )
+
+
+def _smooth_where(form: Form, of_state: list[int]) -> str:
+    """Return a recipe of what a function divides by or takes roots of, as far as that depends on the state."""
+    nodes = form.nodes
+    near = [x for x in of_state if nodes.op[x] in _SMOOTH_APART and nodes.mask[nodes.args[x][-1]] & ~P]
+    # A root is away from zero where that is which it is taken of.
+    apart = {nodes.args[x][-1] for x in near}
+    return "" if form.has_loops else recipe_of(nodes, {x for x in apart if nodes.op[x] != "sqrt"})
+
+
+def _turns_back(form: Form, header: Mapping[str, Any]) -> bool:
+    """Whether accelerations are even in the rates, and the power odd: as far as operations tell, one by one."""
+    nq, nv, nodes = header["nq"], header["nv"], form.nodes
+    if form.has_loops or any(type(statement) in (Array, Solve) for statement in form.body):
+        return False
+    wanted = {write.place.first: write.node for write, _ in form.writes()}
+    wanted = {place: node for place, node in wanted.items() if nq <= place < nq + nv + header["nw"]}
+    is_odd: dict[int, bool | None] = {}  # None: neither
+    for node in nodes.reachable(wanted.values()):
+        op, args = nodes.op[node], nodes.args[node]
+        if op == "var":
+            kind, place = args
+            is_odd[node] = kind == Y and place.first >= nq if kind in (T, Y, P) else None
+        else:
+            is_odd[node] = _is_odd(op, [is_odd[x] for x in nodes.operands(node)])
+    return all(is_odd[node] is (place >= nq + nv) for place, node in wanted.items())
+
+
+def _is_odd(op: str, args: list[bool | None]) -> bool | None:
+    """Whether an operation changes its sign with those operands that do; None where it is neither odd nor even."""
+    if None in args:
+        return None
+    if op in ("mul", "div"):
+        return args[0] != args[1]
+    if op in ("add", "sub"):
+        return args[0] if args[0] == args[1] else None
+    if op == "neg":
+        return args[0]
+    if op in ("select", "select_le"):
+        return None if args[0] or args[1] or args[2] != args[3] else args[2]
+    if not any(args):
+        return False
+    parity = next((x.parity for x in ENTRIES if x.code == op), "") if len(args) == 1 else ""
+    return {"odd": True, "even": False}.get(parity)
 
 
 def _effort(form: Form) -> tuple[int, int]:
