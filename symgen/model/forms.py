@@ -42,7 +42,12 @@ _forms: dict[tuple, Form] = {}
 
 
 def form_of(root: algebra.Expr) -> Formed | None:
-    """The form of an expression, and its names in the order in which they come; None for large ones and tables."""
+    """The form of an expression, and its names in the order in which they come.
+
+    None for large ones, for those with tables, and for what SymPy made.
+    """
+    if not isinstance(root, algebra.Expr):
+        return None
     kept = root.__dict__
     if "_form" not in kept:
         kept["_form"] = _looked_through(root)
