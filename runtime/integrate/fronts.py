@@ -292,7 +292,9 @@ def solve_fronts(plan, lu, x):
     for k in range(plan.n_below.shape[0]):
         first, width = plan.first[k], plan.first[k + 1] - plan.first[k]
         if width == 1:
-            subtract_column(first, plan.border_start[k], plan.border_start[k + 1], plan.value_start[k], plan, lu, x)
+            subtract_column(
+                first, plan.border_start[k], plan.border_start[k + 1], plan.value_start[k], plan, lu, x
+            )
             continue
         border = plan.border[plan.border_start[k] : plan.border_start[k + 1]]
         n_border = border.shape[0]

@@ -79,9 +79,11 @@ def _looked_through(root: algebra.Expr) -> Formed | None:
                     return None
                 stack += (node, None, *args[::-1])
                 continue
-            own = names.setdefault(node.name, len(names)) if isinstance(node, algebra.Symbol) else (type(node), node)
             places[id(node)] = len(parts)
-            parts.append(own)
+            if isinstance(node, algebra.Symbol):
+                parts.append(names.setdefault(node.name, len(names)))
+            else:
+                parts.append((type(node), node))
     key = tuple(parts)
     form = _forms.get(key)
     if form is None:

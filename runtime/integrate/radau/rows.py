@@ -1,8 +1,8 @@
 """Newton's iteration of the Radau methods for many coordinates whose rates are their own: a row of all at a time.
 
-The functions of `stages.py` go from coordinate to coordinate, through arrays that might overlap for all a compiler knows.
-Here each row is an argument of its own, so that vector code takes eight coordinates at a time; of many, that is most of
-what an iteration costs besides forces and factors. Each number goes through the same operations.
+The functions of `stages.py` go from coordinate to coordinate, through arrays that might overlap for all that a compiler
+knows. Here each row is an argument of its own, so that vector code takes eight coordinates at a time. Each number goes
+through the same operations, but sums are added up in eight parts.
 """
 
 from symgen.runtime.code.jitted import jitted
@@ -111,11 +111,13 @@ def apply_corrections_to_rows(method, h, sizes, y, w):
             squares, moves,
         )  # fmt: skip
     for s in range(n):
-        restore_row(method, method.to_stages[s], w.real_vectors[X], w.complex_vectors, w.states[STAGES + s, nq : nq + nv])
+        rates = w.states[STAGES + s, nq : nq + nv]
+        restore_row(method, method.to_stages[s], w.real_vectors[X], w.complex_vectors, rates)
     stages = w.states[STAGES:]
     for s in range(n):
         move_row(method, method.c[s], method.a[s], h, y, nq, stages, w.states[STAGES + s, :nq])
-    return sum_of_quotients(1.0, squares, w.pairs[SCALE, nv:]) + sum_of_quotients(h * h, moves, w.pairs[SCALE, :nv])
+    total = sum_of_quotients(1.0, squares, w.pairs[SCALE, nv:])
+    return total + sum_of_quotients(h * h, moves, w.pairs[SCALE, :nv])
 
 
 @jitted(distinct_arrays=True)

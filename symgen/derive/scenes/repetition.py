@@ -192,7 +192,7 @@ class _Keys:
         self._places = places
         self._numbers: dict[tuple, int] = {}
         self._shared: dict[int, tuple[Expr, int]] = {}  # of what no block owns, by identity
-        self._formed: dict[tuple, int] = {}  # of others, by their form and what its names are, seen from the block
+        self._formed: dict[tuple, int] = {}  # of all, by form and what names are, seen from the block
         self.is_local = True
 
     def of_block(
