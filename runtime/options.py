@@ -27,6 +27,9 @@ SMALLEST_RTOL = 1e-15  # a few units of the last digit
 _TIMES, _LISTS_OF_TIMES = ("t_end", "t_start", "step", "max_step"), ("at", "breaks", "t_eval")
 _FPS = 60.0
 _LEAST_FRAMES, _MOST_FRAMES = 200, MOST_KEPT
+# Each of these is a projection and a copy: of states of so many numbers every frame, of twice as many every second one,
+# and so on to every fifth.
+_NUMBERS_OF_ALL, _SPARSEST = 1200, 5
 KEEPS = ("all", "checked")
 _FEWEST_CHECKED = 16  # where an event has ended a run early
 _EARLY = np.ravel(
@@ -226,7 +229,7 @@ class RunOptions:
     def frame_times(self, n_numbers: int = 0) -> tuple[np.ndarray, np.ndarray]:
         """Return the times of all frames, from start to end, and which of them the user asked for.
 
-        Few frames are filled up to 200, for checks of energy and constraints.
+        Few frames are filled up to 200, of large models to 40 to 100, for checks of energy and constraints.
 
         Parameters
         ----------
@@ -241,7 +244,7 @@ class RunOptions:
         t_start, t_end, fps, span = self.t_start, self.t_end, self.fps, self.span
         if fps is None and self.t_eval is None:
             return _even_frames(t_start, t_end)
-        filled = _filling(t_start, t_end)
+        filled = _filling(t_start, t_end)[:: min(max(n_numbers // _NUMBERS_OF_ALL, 1), _SPARSEST)]
         if self.t_eval is not None:
             return _filled_up(np.unique([t_start, *self.t_eval, t_end]), filled)
         self._refuse_more_than_memory(n_numbers)

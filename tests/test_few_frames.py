@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from symgen import Model, load
+from symgen.runtime.options import RunOptions
 
 
 @pytest.fixture(scope="module")
@@ -26,6 +27,18 @@ def test_few_frames_of_a_regular_run_are_those_of_many(double_pendulum):
     assert few.ok and np.array_equal(few.states, many.states[rows])
     assert np.array_equal(few.energy.total, many.energy.total[rows])
     assert few.energy.max_error == few.whole.energy.max_error and len(few.whole.t) > 200
+
+
+@pytest.mark.parametrize(
+    ("n_numbers", "others"), [(0, 196), (2399, 196), (2400, 96), (6000, 36), (60_000, 36)]
+)
+def test_large_states_have_fewer_frames_beside_those_asked_for(n_numbers, others):
+    """Each is a projection and a copy: of a chain of 10 000 bodies 200 of them were a quarter of a run."""
+    times, shown = RunOptions(t_end=1.0, fps=4.0).frame_times(n_numbers)
+    assert times[shown].tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
+    assert np.count_nonzero(~shown) == others
+    assert set(times) <= set(RunOptions(t_end=1.0, fps=4.0).frame_times()[0])
+    assert np.diff(times).max() < 0.03
 
 
 def test_prepared_runs_are_doubted_by_what_lies_between_their_times(double_pendulum):

@@ -54,6 +54,14 @@ def eliminate_fronts(plan, entries, lu):
         first, width = plan.first[k], plan.first[k + 1] - plan.first[k]
         n_border = plan.border_start[k + 1] - plan.border_start[k]
         size = width + n_border
+        if width == 1 and plan.n_below[k] == 0:
+            if not eliminate_leaf(plan, k, n_border, end, entries, lu):
+                return at.SINGULAR_MATRIX
+            lu.pivots[first] = 0
+            end += n_border * n_border
+            lu.held[n_held] = k
+            n_held += 1
+            continue
         front = lu.front[: size * size]
         for i in range(unsigned(size * size)):
             front[i] = 0.0
@@ -77,6 +85,33 @@ def eliminate_fronts(plan, entries, lu):
         lu.held[n_held] = k
         n_held += 1
     return at.RUNNING
+
+
+@jitted
+def eliminate_leaf(plan, k, n, end, entries, lu):
+    """Eliminate a front of one column that nothing is handed on to; returns whether it has a pivot.
+
+    All its entries are in its row and its column: what it hands on, from `end` on, is their product.
+    """
+    start, waiting = unsigned(plan.value_start[k]), unsigned(end)
+    for i in range(unsigned(2 * n + 1)):
+        lu.values[start + i] = 0.0
+    for e in range(unsigned(plan.entry_start[k]), unsigned(plan.entry_start[k + 1])):
+        place = plan.place[e]  # row by row: those of the first come first
+        target = place if place <= n else n + place // (n + 1)
+        lu.values[start + unsigned(target)] += entries[unsigned(plan.entry[e])]
+    size = magnitude(lu.values[start])
+    if not (size > 0.0 and np.isfinite(size)):
+        return False
+    inverse = 1.0 / lu.values[start]
+    lu.values[start] = inverse
+    row, column = start + unsigned(1), start + unsigned(1 + n)
+    for i in range(unsigned(n)):
+        factor = lu.values[column + i] * inverse
+        lu.values[column + i] = factor
+        for j in range(unsigned(n)):
+            lu.waiting[waiting + i * unsigned(n) + j] = 0.0 - factor * lu.values[row + j]
+    return True
 
 
 @jitted
@@ -256,6 +291,11 @@ def solve_fronts(plan, lu, x):
     """Solve with the factors of `eliminate_fronts`; right-hand side and solution stand in the order of elimination."""
     for k in range(plan.n_below.shape[0]):
         first, width = plan.first[k], plan.first[k + 1] - plan.first[k]
+        if width == 1:
+            subtract_column(
+                first, plan.border_start[k], plan.border_start[k + 1], plan.value_start[k], plan, lu, x
+            )
+            continue
         border = plan.border[plan.border_start[k] : plan.border_start[k + 1]]
         n_border = border.shape[0]
         size = width + n_border
@@ -275,6 +315,9 @@ def solve_fronts(plan, lu, x):
     for from_end in range(plan.n_below.shape[0]):
         k = plan.n_below.shape[0] - 1 - from_end
         first, width = plan.first[k], plan.first[k + 1] - plan.first[k]
+        if width == 1:
+            solve_row(first, plan.border_start[k], plan.border_start[k + 1], plan.value_start[k], plan, lu, x)
+            continue
         border = plan.border[plan.border_start[k] : plan.border_start[k + 1]]
         size = width + border.shape[0]
         values = lu.values[plan.value_start[k] : plan.value_start[k + 1]]
@@ -287,6 +330,26 @@ def solve_fronts(plan, lu, x):
                 for j in range(unsigned(border.shape[0])):
                     total -= row[unsigned(width) + j] * x[unsigned(border[j])]
             x[first + i] = total * row[i]
+
+
+@jitted
+def subtract_column(first, begin, end, start, plan, lu, x):
+    """Subtract from the unknowns of the border of a front of one column, `begin` to `end`, its column times its own.
+
+    Half of the fronts of a net are such, so short that divided arrays would take longer than the arithmetic.
+    """
+    factor, column = x[unsigned(first)], unsigned(start + 1 + end - begin)
+    for j in range(unsigned(end - begin)):
+        x[unsigned(plan.border[unsigned(begin) + j])] -= factor * lu.values[column + j]
+
+
+@jitted
+def solve_row(first, begin, end, start, plan, lu, x):
+    """Solve for the unknown of a front of one column, given those of its border."""
+    total, row = x[unsigned(first)], unsigned(start + 1)
+    for j in range(unsigned(end - begin)):
+        total -= lu.values[row + j] * x[unsigned(plan.border[unsigned(begin) + j])]
+    x[unsigned(first)] = total * lu.values[unsigned(start)]
 
 
 @jitted

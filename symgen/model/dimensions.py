@@ -23,6 +23,7 @@ from .algebra import postorder
 from .description import Constraint, Coordinate, Description
 from .exact import python_number
 from .expression_tree import TABLE, kind
+from .forms import form_of, note
 from .functions import VALUE
 from .gravity import HERE
 from .items import Item, definition_items, items, unit_dimension
@@ -67,6 +68,17 @@ def infer(root: algebra.Expr, names: Mapping[str, Size], decimals: frozenset = f
     """
     if isinstance(root, algebra.Symbol):
         return names.get(root.name)
+    formed = form_of(root)
+    if formed is None:
+        return _looked_through(root, names, decimals)
+    form, own = formed
+    key = (decimals, *map(names.get, own))
+    if key not in form.sizes:
+        note(form.sizes, key, _looked_through(root, names, decimals))
+    return form.sizes[key]
+
+
+def _looked_through(root: algebra.Expr, names: Mapping[str, Size], decimals: frozenset) -> Size:
     memo: dict[int, Size] = {}
     for node in postorder([root]):
         sizes = [memo[id(x)] for x in node.args]

@@ -13,6 +13,7 @@ from symgen.runtime.graph.functions import CONDITIONS
 from . import algebra, exact
 from .algebra import postorder
 from .expression_tree import TABLE, kind
+from .forms import form_of, note
 
 OPERATIONS = (
     exact.MATH
@@ -51,6 +52,21 @@ def evaluate(
     """
     if isinstance(root, algebra.Symbol):
         return values.get(root.name)
+    formed = form_of(root)
+    if formed is None:
+        return _looked_through(root, values, known)
+    form, names = formed
+    key = tuple(map(values.get, names))
+    if 0.0 in key:  # of either sign
+        return _looked_through(root, values, known)
+    if key not in form.values:
+        note(form.values, key, _looked_through(root, values, known))
+    return form.values[key]
+
+
+def _looked_through(
+    root: algebra.Expr, values: Mapping[str, float | None], known: dict[int, Value] | None
+) -> float | None:
     memo: dict[int, Value] = {} if known is None else known
     for node in postorder([root], known=memo):
         memo[id(node)] = _value(node, [memo[id(x)] for x in node.args], values)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from . import algebra
+from .forms import WIDE, form_of
 from .functions import CLASSES, CONDITION_CLASSES, Tabulated, dot, settled, smooth_minimum
 
 # SymPy, with which users write, makes the last three of others: tan(x + pi/2), |exp(x)|.
@@ -54,12 +55,24 @@ class Uses:
     tables: frozenset[tuple[str, int]] = frozenset()
 
 
-# What has so many arguments keeps what it mentions: each of a hundred flat sums may be made of others like it.
-WIDE = 8
-
-
 def uses(root: algebra.Expr) -> Uses:
     """What an expression mentions."""
+    formed = form_of(root)
+    if formed is None:
+        return _looked_up(root)
+    form, names = formed
+    if form.uses is None:
+        found = _looked_up(root)
+        if found.foreign is not None:  # is that of each
+            return found
+        form.uses = found, tuple(k for k, name in enumerate(names) if name in found.dotted)
+    found, dotted = form.uses
+    inside = frozenset([names[k] for k in dotted]) if dotted else found.dotted
+    return Uses(frozenset(names), inside, found.has_dot, found.nested, None)
+
+
+def _looked_up(root: algebra.Expr) -> Uses:
+    """The same from its parts; wide ones keep it, as each of a hundred flat sums may be made of others like it."""
     waiting = [root]
     while True:
         node = waiting[-1]
@@ -128,6 +141,9 @@ def _joined(root: algebra.Expr, near: list[algebra.Expr]) -> Uses:
 
 def names_in(root: algebra.Expr) -> frozenset[str]:
     """The names in an expression."""
+    formed = form_of(root)
+    if formed is not None:
+        return frozenset(formed[1])
     if not _is_wide(root):
         near = _near(root)
         if not any(map(_is_wide, near)):

@@ -1,5 +1,6 @@
 """The accelerations of all coordinates as equations of the Radau methods for large models, with sparse matrices."""
 
+import math
 from collections import namedtuple
 from typing import NamedTuple
 
@@ -19,9 +20,11 @@ from symgen.runtime.integrate.radau.coefficients import RadauIIA
 from symgen.runtime.integrate.radau.coupled import never_coupled
 from symgen.runtime.integrate.radau.error import filter_accelerations, keep_axes, n_places_of_stages
 from symgen.runtime.integrate.radau.newton import Equations
+from symgen.runtime.integrate.radau.rows import apply_corrections_to_rows, predict_rows, set_defects_of_rows
 from symgen.runtime.integrate.radau.stages import (
     commit_accelerations,
     correct_stages,
+    evaluate_stage,
     predict_stages,
     reach_end_by_accelerations,
 )
@@ -152,9 +155,26 @@ def factor_sparse(method, h, loop, w):
 
 
 @jitted
+def predict_sparse(method, h, extrapolate, loop, t, w):
+    """Start Newton from the last step's collocation polynomial, or from zero increments of v; returns True."""
+    if loop.sizes[at.NQ] != loop.sizes[at.NV]:
+        return predict_stages(method, h, extrapolate, loop, t, w)
+    predict_rows(method, h, extrapolate, loop, w)
+    return True
+
+
+@jitted
 def improve_sparse(method, h, loop, t, w):
     """Correct the stages once; returns a status and the size of the correction in tolerances."""
-    return correct_stages(solve_sparse, method, h, loop, t, w)
+    if loop.sizes[at.NQ] != loop.sizes[at.NV]:
+        return correct_stages(solve_sparse, method, h, loop, t, w)
+    for s in range(len(method.c)):
+        if not evaluate_stage(s, method, h, loop, t, w):
+            return at.NOT_FINITE, 0.0
+    set_defects_of_rows(method, h, loop.sizes, w)
+    solve_sparse(method, h, loop, w)
+    total = apply_corrections_to_rows(method, h, loop.sizes, loop.y, w)
+    return at.RUNNING, math.sqrt(total / (2 * loop.sizes[at.NV] * len(method.c)))
 
 
 @jitted
@@ -197,6 +217,6 @@ def keep_rate_of_sparse():
 
 
 SPARSE = Equations(
-    differentiate_entries, factor_sparse, predict_stages, improve_sparse, filter_sparse, keep_axes, never_coupled,
+    differentiate_entries, factor_sparse, predict_sparse, improve_sparse, filter_sparse, keep_axes, never_coupled,
     keep_rate_of_sparse, n_places_of_stages, reach_end_by_accelerations, commit_accelerations,
 )  # fmt: skip

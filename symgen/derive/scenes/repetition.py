@@ -18,6 +18,7 @@ from ...model import algebra
 from ...model.algebra import Expr, Symbol
 from ...model.description import Body, Coordinate, Description
 from ...model.expression_tree import names_in
+from ...model.forms import form_of
 
 FURTHEST = 8  # blocks from one to another that it mentions
 MOST_APART = 16  # blocks at both ends together that differ from the others
@@ -191,6 +192,7 @@ class _Keys:
         self._places = places
         self._numbers: dict[tuple, int] = {}
         self._shared: dict[int, tuple[Expr, int]] = {}  # of what no block owns, by identity
+        self._formed: dict[tuple, int] = {}  # of all, by form and what names are, seen from the block
         self.is_local = True
 
     def of_block(
@@ -215,6 +217,21 @@ class _Keys:
         known = self._shared.get(id(expression))
         if known is not None:
             return known[1]
+        formed = form_of(expression)
+        if formed is None:
+            return self._looked_through(expression, block)
+        form, names = formed
+        key = form, *[self._seen(name, block) for name in names]
+        if key not in self._formed:
+            self._formed[key] = self._looked_through(expression, block)
+        return self._formed[key]
+
+    def _seen(self, name: str, block: int) -> tuple[str, int, int] | str:
+        """What a name is, as seen from a block."""
+        place = self._places.get(name)
+        return name if place is None else (place[0], place[1] - block, place[2])
+
+    def _looked_through(self, expression: Expr, block: int) -> int:
         numbers = self._numbers
         done: dict[int, int] = {}
         owned: set[int] = set()
