@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symgen import Model, cos, dot, sin, t
+from symgen import Model, cos, dot, exp, sin, t
 from symgen.link import derive_text
 from symgen.runtime import RunOptions, Solution, System, load, solve
 from symgen.runtime.checks.advice import advise
@@ -89,6 +89,17 @@ def test_what_is_unstable_but_did_not_grow_is_a_note(pendulum):
     run = solve(pendulum, 1.0, method="euler", step=1e-4, start={"theta": 0.5})
     found = {entry.check: entry for entry in check(run)}
     assert found["energy"].ok and "unstable on undamped motion at every step" in found["stability"].says
+
+
+def test_what_would_be_unstable_if_it_moved_is_a_note():
+    """A valley that is narrow in one place is crossed along its floor: there is nothing that could grow."""
+    m = Model("floor")
+    x, y = m.coordinate("x"), m.coordinate("y", start=1.0)
+    m.kinetic((dot(x) ** 2 + dot(y) ** 2) / 2)
+    m.potential(y**2 / 2 + (1 + 4e4 * exp(-((y / 0.02) ** 2))) * x**2 / 2)
+    run = m.derive().run(t_end=np.pi, method="rk4", step=0.05, t_eval=np.linspace(0.0, np.pi, 41))
+    found = {entry.check: entry for entry in run.health}
+    assert run.ok and found["stability"].note and "e^75" in found["stability"].says
 
 
 def _linear(system: System) -> np.ndarray:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen.runtime.batches import right_hand_sides
+from symgen.runtime.batches import evaluate, right_hand_sides
 from symgen.runtime.checks.amplification import Amplification, Stretch, together
 from symgen.runtime.checks.companion import (
     Companion,
@@ -523,7 +523,9 @@ class _Comparison:
             relative[-1] = np.maximum(relative[-1], (t[-1] - found.t) / (self._t[-1] - self._t[0]))
             known = True
         worst = row_maxima(relative)
-        rate = growth_rate(t[:n], worst) if is_exponential(t[:n], worst) else None
+        # Where forces have kinks, growth at one of them is no rate.
+        grows = is_exponential(t[:n], worst, but_once=bool(self.system.events))
+        rate = growth_rate(t[:n], worst) if grows else None
         return ErrorEstimate(t[:n], relative, known, rate, self._sharp, found.states)
 
     def drifting(self, part: ErrorEstimate, companion: Companion, operations: float) -> Phase | None:
@@ -704,7 +706,8 @@ def _angles(system: System, n: int) -> np.ndarray:
 def _apart(solution: Solution, extent: Extent, t: np.ndarray, states: np.ndarray) -> np.ndarray:
     """Which of what moves little is moved by nothing that moves much, shape (nq + nv,): it is small, and not at rest.
 
-    Accelerations there are the same to the bit, where what moves much is elsewhere.
+    Accelerations there are the same to the bit, where what moves much is elsewhere, and no stop or friction lies
+    between the two: balls that strike each other have nothing to do with each other else.
     """
     system = solution.system
     nq, n = system.nq, system.nq + system.nv
@@ -719,11 +722,22 @@ def _apart(solution: Solution, extent: Extent, t: np.ndarray, states: np.ndarray
     with np.errstate(all="ignore"):
         rates, there = (right_hand_sides(system, solution.p, t, y)[:, nq:n] for y in (here, moved))
     same = (rates == there).all(axis=0)
+    if same.any() and system.switches:
+        same &= ~_in_touch(solution, t, here[:, :n], still[nq:])
     positions = Positions(system)
     of_rates = same & still[nq:] & positions.per_rate(still[:nq], False)
     apart[:nq], apart[nq:n] = positions.per_coordinate(of_rates), of_rates
     apart[[i + k for i, _ in positions.quaternions for k in range(4)]] = False
     return apart
+
+
+def _in_touch(solution: Solution, t: np.ndarray, states: np.ndarray, still: np.ndarray) -> np.ndarray:
+    """Return which rates a stop or friction has in common with one that is not still, shape (nv,)."""
+    closed, p = solution.system.closed, solution.p.copy()
+    p[list(closed.switched.values())] = 1.0
+    rows = evaluate(closed, "constraint_jacobian", p, t, states).reshape(len(t), closed.m, closed.nv)
+    moved = (rows[:, list(closed.switched)] != 0.0).any(axis=0)
+    return moved[moved[:, ~still].any(axis=1)].any(axis=0)
 
 
 def _unresolved_rates(system: System, extent: Extent, t: np.ndarray) -> np.ndarray:
