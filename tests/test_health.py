@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from symgen import Model, cos, dot, exp, sin, t
-from symgen.link import derive_text
+from symgen.link import derive_text, module_for
+from symgen.model.library import find
 from symgen.runtime import RunOptions, Solution, System, load, solve
 from symgen.runtime.checks.advice import advise
 from symgen.runtime.checks.convergence import lines, study
@@ -610,3 +611,13 @@ def test_energy_of_what_is_small_in_its_units_is_told_of_atol():
     (energy,) = (c for c in system.run(t_end=20.0, method="dop853").health if c.check == "energy")
     assert not energy.ok and "try a smaller atol than 1e-10" in energy.says
     assert all(check.ok for check in system.run(t_end=20.0, method="dop853", atol=1e-19).health)
+
+
+def test_rates_beyond_the_digits_of_atol_are_no_matter_of_the_step():
+    """A pendulum in microseconds, from rest: Newton's iteration cannot leave less than numbers of its rates tell."""
+    system = load(module_for(Path(find("double_pendulum")), {}).text)
+    fast = {"method": "implicit_midpoint", "parameters": {"g": 9.81e12}}
+    run = system.run(t_end=5e-7, **fast)
+    assert run.status == "failed"
+    assert "last digits are above what atol 1e-10 asks for: give a larger --atol" in run.message
+    assert system.run(t_end=5e-7, atol=1e-6, **fast).ok

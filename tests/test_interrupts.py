@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from symgen.cli.failures import answered_interrupts
 from symgen.runtime.recording.reader import read_recording
 from symgen.runtime.uninterrupted import uninterrupted
 
@@ -147,3 +148,15 @@ def test_standard_streams_that_are_closed(tmp_path, closed):
     done = subprocess.run(run, shell=True, env=ENVIRONMENT, capture_output=True, text=True, cwd=tmp_path)
     assert done.returncode == 0
     assert ("success" in done.stdout) == (closed == "2>&-") and not done.stderr
+
+
+def test_an_interrupt_that_python_lets_out_nowhere_comes_again():
+    """Handlers act where the program is: at an object's end, or in a callback, what they raise is only printed."""
+
+    class Ending:
+        def __del__(self):
+            signal.raise_signal(signal.SIGTERM)
+
+    with pytest.raises(KeyboardInterrupt), answered_interrupts():
+        Ending()
+        time.sleep(5.0)

@@ -54,6 +54,13 @@ class _Answers:
         self.number, self._acted_at = number, time.monotonic()
         raise KeyboardInterrupt
 
+    def swallowed(self, error: Any) -> None:
+        """Ask again after an interrupt that came while Python let nothing out: in a callback, or at an object's end."""
+        if issubclass(error.exc_type, KeyboardInterrupt):
+            threading.Timer(_LOOK_EVERY, os.kill, (os.getpid(), self.number)).start()
+        else:
+            sys.__unraisablehook__(error)
+
     def watch(self, pipe: int) -> None:
         """Read numbers of signals from a pipe until it is closed."""
         while numbers := os.read(pipe, 64):
@@ -98,10 +105,12 @@ def answered_interrupts() -> Iterator[None]:
     wakeup = signal.set_wakeup_fd(write, warn_on_full_buffer=False)
     for number in before:
         signal.signal(number, _answers.act)
+    hook, sys.unraisablehook = sys.unraisablehook, _answers.swallowed
     threading.Thread(target=_answers.watch, args=(read,), name="interrupts", daemon=True).start()
     try:
         yield
     finally:
+        sys.unraisablehook = hook
         for number, handler in before.items():
             signal.signal(number, handler)
         signal.set_wakeup_fd(wakeup)
