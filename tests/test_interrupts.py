@@ -160,3 +160,23 @@ def test_an_interrupt_that_python_lets_out_nowhere_comes_again():
     with pytest.raises(KeyboardInterrupt), answered_interrupts():
         Ending()
         time.sleep(5.0)
+
+
+# A thread that waits for what nobody gives back, as the lock of an import that an interrupt has cut off.
+WAITING = """
+import threading, time
+from symgen.cli.failures import answered_interrupts
+threading.Thread(target=threading.Event().wait).start()
+with answered_interrupts():
+    print("ready", flush=True)
+    time.sleep(60)
+"""
+
+
+def test_a_thread_that_waits_for_ever_keeps_no_program():
+    with started("-c", WAITING) as process:
+        assert process.stdout.readline() == "ready\n"
+        process.send_signal(signal.SIGTERM)
+        _, said = process.communicate(timeout=40)
+    assert process.returncode == 143
+    assert "something did not come to its end" in said
