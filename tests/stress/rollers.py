@@ -69,7 +69,7 @@ class Ball:
 
     def motion(self, t: float, s: np.ndarray) -> np.ndarray:
         """Return what the state changes by."""
-        h, hx, hy = map(float, self._of(s[0], s[1])[:3])
+        hx, hy = map(float, self._of(s[0], s[1])[1:3])
         _, n, turns = self.place(s[0], s[1])
         w = s[2:]
         velocity = self.radius * np.cross(w, n)
