@@ -390,7 +390,9 @@ def run_case(seed: int, index: int, kind: str = "") -> dict[str, Any]:
     row["right"] = error < _RIGHT and complete
     estimate = next((entry.value for entry in run.health if entry.check == "accuracy"), None)
     row |= {"estimate": estimate, "verdict": _verdict(row)}
-    under = estimate is not None and not row["flags"] and error > max(_UNDER * estimate, _TOO_SMALL_TO_COUNT)
+    # Only what references know to the end is held against an estimate.
+    counts = complete and estimate is not None and not row["flags"]
+    under = bool(counts and error > max(_UNDER * estimate, _TOO_SMALL_TO_COUNT))
     return row | {"under": under}
 
 
