@@ -90,6 +90,8 @@ _MORE_WHERE_CHAOTIC = 4.0  # times the operations
 # A rough companion to the end: its rtol, up to where what it differs by may be its own error, how many times the steps
 # expected it may need, and operations that an accurate one may take then (a quarter of a second).
 _ROUGH, _TELLS, _UNEVEN, _MOST_TO_DECIDE = 1e-6, 1e-3, 4.0, 1e9
+# Of tolerances of one method: so near to each other that errors are alike, and how far a companion is from the run then.
+_NEAR_RUN, _APART_FROM_RUN = 5.0, 30.0
 _ROUGH_MAY = 4.0  # times the operations of an accurate one, at least
 # Of a run, what an explicit companion confirms of one by series; the most steps for that; what it may find, in parts of
 # the error that the other one has found.
@@ -425,7 +427,7 @@ class _Comparison:
             # What its own steps lose of the energy adds up, and moves the phase with the square of their number.
             steps = needed / operations_per_step(self._solution, companion.method)
             own = _OF_DRIFT * begun.largest / max(steps, 1.0) ** 2
-            rtol = max(min(_OF_FOUND * begun.largest, _LOOSEST_OF_REST, own), companion.rtol)
+            rtol = max(min(_OF_FOUND * begun.largest, self._unlike(companion, _LOOSEST_OF_REST), own), companion.rtol)
             needed *= (companion.rtol / rtol) ** (1.0 / companion.method.order)
             companion = companion.with_tolerance(rtol)
         if needed > allowed:
@@ -450,24 +452,30 @@ class _Comparison:
         operations, allowed : float
             That it took, and that a rough one is expected to take at most.
         """
-        came = float(begun.t[-1] - self._t[0])
+        came, rtol = float(begun.t[-1] - self._t[0]), self._unlike(companion, _ROUGH)
         if companion.remains != 1.0 or not _may_be_chaotic(self.system):
             return None
-        if companion.rtol >= _ROUGH or came <= 0.0:
+        if companion.rtol >= rtol or came <= 0.0:
             return None
-        fewer = (companion.rtol / _ROUGH) ** (1.0 / companion.method.order)
+        fewer = (companion.rtol / rtol) ** (1.0 / companion.method.order)
         span = self.end - float(self._t[0])
         per_step = operations_per_step(self._solution, companion.method)
         needed = fewer * self._most_steps(companion, operations) * per_step * span / came
         if needed > allowed:
             return None
-        beside = self._beside(companion.with_tolerance(_ROUGH), _UNEVEN * needed, 0)
-        rough = self._said(companion.with_tolerance(_ROUGH), 0, beside)
+        beside = self._beside(companion.with_tolerance(rtol), _UNEVEN * needed, 0)
+        rough = self._said(companion.with_tolerance(rtol), 0, beside)
         if rough.largest <= _TELLS:
             return replace(rough, is_bound=True) if rough.known else None
         needed = _SLOWER * beside.steps * per_step / fewer * span / float(rough.t[-1] - self._t[0])
         accurate = self.follow(companion, min(needed, max(allowed, _MOST_TO_DECIDE)))
         return accurate if accurate.known else None
+
+    def _unlike(self, companion: Companion, rtol: float) -> float:
+        """Return a tolerance with which a companion makes errors of its own: with the run's it would be the run."""
+        alike = companion.method.name == self._solution.method and self.own.adaptive
+        ratio = self._solution.rtol / rtol
+        return rtol * ratio / _APART_FROM_RUN if alike and 1.0 / _NEAR_RUN < ratio < _NEAR_RUN else rtol
 
     def of_the_better(
         self, found: ErrorEstimate, better: Companion, operations: float, allowed: float
