@@ -14,6 +14,7 @@ from symgen.runtime.checks.amplification import Amplification, Stretch, together
 from symgen.runtime.checks.companion import (
     Companion,
     Followed,
+    apart,
     by_series,
     finer,
     follow,
@@ -90,8 +91,6 @@ _MORE_WHERE_CHAOTIC = 4.0  # times the operations
 # A rough companion to the end: its rtol, up to where what it differs by may be its own error, how many times the steps
 # expected it may need, and operations that an accurate one may take then (a quarter of a second).
 _ROUGH, _TELLS, _UNEVEN, _MOST_TO_DECIDE = 1e-6, 1e-3, 4.0, 1e9
-# Of tolerances of one method: so near to each other that errors are alike, and how far a companion is from the run then.
-_NEAR_RUN, _APART_FROM_RUN = 5.0, 30.0
 _ROUGH_MAY = 4.0  # times the operations of an accurate one, at least
 # Of a run, what an explicit companion confirms of one by series; the most steps for that; what it may find, in parts of
 # the error that the other one has found.
@@ -212,6 +211,7 @@ def _estimated(
     if found is not begun or begun.rate is not None:
         longer = 0.0
     neighbour = loose(least)
+    neighbour = neighbour.with_tolerance(comparison.unlike(neighbour, neighbour.rtol))
     if companion.method is not comparison.own:
         other = finer(solution, comparison.own, least)
         if comparison.reach(other, operations) > found.t[-1]:
@@ -427,7 +427,9 @@ class _Comparison:
             # What its own steps lose of the energy adds up, and moves the phase with the square of their number.
             steps = needed / operations_per_step(self._solution, companion.method)
             own = _OF_DRIFT * begun.largest / max(steps, 1.0) ** 2
-            rtol = max(min(_OF_FOUND * begun.largest, self._unlike(companion, _LOOSEST_OF_REST), own), companion.rtol)
+            rtol = max(
+                min(_OF_FOUND * begun.largest, self.unlike(companion, _LOOSEST_OF_REST), own), companion.rtol
+            )
             needed *= (companion.rtol / rtol) ** (1.0 / companion.method.order)
             companion = companion.with_tolerance(rtol)
         if needed > allowed:
@@ -452,7 +454,7 @@ class _Comparison:
         operations, allowed : float
             That it took, and that a rough one is expected to take at most.
         """
-        came, rtol = float(begun.t[-1] - self._t[0]), self._unlike(companion, _ROUGH)
+        came, rtol = float(begun.t[-1] - self._t[0]), self.unlike(companion, _ROUGH)
         if companion.remains != 1.0 or not _may_be_chaotic(self.system):
             return None
         if companion.rtol >= rtol or came <= 0.0:
@@ -471,11 +473,10 @@ class _Comparison:
         accurate = self.follow(companion, min(needed, max(allowed, _MOST_TO_DECIDE)))
         return accurate if accurate.known else None
 
-    def _unlike(self, companion: Companion, rtol: float) -> float:
-        """Return a tolerance with which a companion makes errors of its own: with the run's it would be the run."""
+    def unlike(self, companion: Companion, rtol: float) -> float:
+        """Return a tolerance for a companion with errors of its own, where that is of the run's method, too."""
         alike = companion.method.name == self._solution.method and self.own.adaptive
-        ratio = self._solution.rtol / rtol
-        return rtol * ratio / _APART_FROM_RUN if alike and 1.0 / _NEAR_RUN < ratio < _NEAR_RUN else rtol
+        return apart(rtol, self._solution.rtol) if alike else rtol
 
     def of_the_better(
         self, found: ErrorEstimate, better: Companion, operations: float, allowed: float

@@ -123,7 +123,7 @@ def check(solution: Solution) -> list[HealthCheck]:
     * subsystems integrated by themselves: the limits of energy and rejected steps hold for the worst of them.
     * stops: no gap below zero by more than 10 times what the tolerances leave of the coordinates it depends on.
     * windings: no bushing, nor a spring over an angle of directions, wound up so far that its angle jumps.
-    * held: no friction that sticks with a force beyond its limit by more than a fiftieth, no stop that pulls, at frames.
+    * held: no friction that sticks with a force beyond its limit by more than 2 %, no stop that pulls, at frames.
     * friction: no dry friction with a negative force, at frames.
     * time terms: what time alone does is resolved by a fixed step, and not too much for any; what a step leaves out
       is a note where a companion beside all of the run has seen that it did not matter.

@@ -196,7 +196,8 @@ def roller(kind: str, number: int, method: str, form: str = "auto") -> Outcome:
     if known.status < 0 or not case.in_bounds(known.y):
         return Outcome(RIGHT, "it lies down, or the surface is too curved for it")
     seen = np.array([case.end(s) for s in known.sol(np.linspace(0.0, t_end, 300)).T])
-    truth, ranges = case.end(known.y[:, -1]), np.fmax(np.ptp(seen, axis=0), 1e-2)
+    truth, gone = case.end(known.y[:, -1]), np.ptp(seen, axis=0)
+    ranges = np.repeat([gone[:3].max(), gone[3:].max()], 3)
     if (np.abs(truth - case.end(again.y[:, -1])) / ranges).max() > 1e-5:
         return Outcome(RIGHT, "the reference is lost")
     given = {"rtol": float(r.choice(_RTOLS))} if find_method(method).adaptive else {}
