@@ -36,6 +36,7 @@ _MAY_BE_DEPENDENT = (
 NEARLY_DEPENDENT = 1e-2  # methods that do not pass such a configuration may stop well before it
 _MOST_NAMES = 12  # of constraints in a sentence
 _ROUND_OFF_RULES = 0.1  # steps that fall to nothing in front of one do so farther off, where round-off shows
+_OF_TOLERANCE = 1e-3  # that Newton's iteration leaves
 _STEPS_AHEAD, _PLACES_AHEAD = 3, 60  # Newton's iteration fails before constraints depend on each other
 _BY_ITSELF = (at.STEP_TOO_SMALL, at.SINGULAR_MATRIX, at.NOT_FINITE, at.NEWTON_FAILED)
 
@@ -86,6 +87,10 @@ def failure_message(status: int, system: System, method: Method, arrays: LoopArr
         )
     if status == at.NEWTON_FAILED:
         remedy = "try a smaller --step" if not method.adaptive else "try --method dop853"
+        if large := _beyond_digits(system, arrays):
+            atol = float(arrays.control[at.ATOL])
+            remedy = f"rates reach {large:.2g}, whose last digits are above what atol {atol:g} asks for: give a larger "
+            remedy += "--atol, or choose larger units"
         return (
             f"Newton's iteration of {method.name} does not converge at {when}: {fastest(system, arrays)} "
             f"changes fastest; {remedy}."
@@ -266,6 +271,17 @@ def worst_constraint(system: System, arrays: LoopArrays) -> str:
     index = int(np.argmax(np.where(np.isnan(residual), np.inf, residual)))
     index = index if index < system.nh else index - system.nh
     return system.constraints[index]["name"]
+
+
+def _beyond_digits(system: System, arrays: LoopArrays) -> float:
+    """Return how large rates become in the step that failed, 0 where the tolerances leave them enough digits."""
+    control, nq, n = arrays.control, system.nq, system.nq + system.nv
+    rates, changes = np.abs(arrays.y[nq:n]), np.abs(_row(system, arrays)[nq:n])
+    large = float((rates + float(control[at.H]) * changes).max(initial=0.0))
+    asked = _OF_TOLERANCE * (
+        float(control[at.ATOL]) + float(control[at.RTOL]) * float(rates.max(initial=0.0))
+    )
+    return large if np.isfinite(large) and asked < np.finfo(float).eps * large else 0.0
 
 
 def _row(system: System, arrays: LoopArrays) -> np.ndarray:

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
+# What to do about constants that have no finite value.
+TOO_LARGE = "numbers of the model are too large, or too small, for its equations: look at exponents and units"
+
 
 class SymgenError(Exception):
     """Base class of the errors that symgen raises on purpose."""

@@ -23,7 +23,7 @@ from symgen.runtime.lazy import Late
 from symgen.runtime.module import read_module
 from symgen.runtime.record import record
 
-from .errors import ModelError, SymgenError
+from .errors import TOO_LARGE, ModelError, SymgenError
 from .version import __version__
 
 if TYPE_CHECKING:
@@ -303,10 +303,7 @@ def _derived_text(
     except ModelError as error:
         raise error.located(file=f"model '{description.name}'") from None
     except FoldingError as error:
-        hint = (
-            "numbers of the model are too large, or too small, for its equations: look at exponents and units"
-        )
-        raise ModelError(str(error), file=f"model '{description.name}'", hint=hint) from None
+        raise ModelError(str(error), file=f"model '{description.name}'", hint=TOO_LARGE) from None
     derived = time.perf_counter()
     text = module.emit(program) if long is None else long.text
     if source is None:

@@ -108,3 +108,12 @@ def test_members_that_stops_friction_or_controllers_act_on_are_doubted_as_others
     assert (off > 1.0).sum() >= 2 and (~e.verdicts.ok[off > 1.0]).all()
     assert e.verdicts.ok[off < 1e-3].all()
     assert system.ensemble(1.0, method="dop853", rtol=1e-6, **options).verdicts.ok.all()
+
+
+def test_members_with_the_tolerance_of_the_first_companion_are_not_held_against_themselves():
+    """Ends are off by a quarter; `dop853` at rtol 1e-6 and atol 1e-9 acquitted the same at rtol 1e-6 and atol 1e-8."""
+    system = symgen.load("spring_pendulum")
+    e = system.ensemble(
+        3000.0, method="dop853", rtol=1e-6, atol=1e-8, start={"theta": np.linspace(0.1, 0.12, 3)}
+    )
+    assert not e.verdicts.ok.any()

@@ -18,6 +18,7 @@ from symgen.runtime.checks import error_estimate
 from symgen.runtime.checks.amplification import Amplification, Stretch, together
 from symgen.runtime.checks.companion import independent
 from symgen.runtime.checks.error_estimate import Extent, _Comparison, estimate
+from symgen.runtime.checks.growth import is_exponential
 from symgen.runtime.inputs import Controller
 from tests.stress.error_growth import draw_new
 
@@ -449,3 +450,26 @@ def test_ripples_that_a_motion_runs_over_are_not_passed_by(method):
         off = np.max(np.abs(solution.states[-1] - exact) / extent)
         said = [entry for entry in solution.health if entry.check == "accuracy"]
         assert said and (not solution.ok or off <= max(5.0 * said[0].value, 1e-9))
+
+
+def test_what_rests_between_what_strikes_it_is_not_measured_by_its_round_off():
+    """The ball in the middle of a cradle hands on what comes; open, its equation has nothing to do with the others."""
+    run = bundled("newtons_cradle").run(method="gauss8")
+    assert run.ok, [check.says for check in run.objections]
+    assert np.ptp(run["a3"]) < 1e-10
+    assert next(check.value for check in run.health if check.check == "accuracy") < 1e-6
+
+
+def test_an_error_that_comes_at_one_place_is_no_growth():
+    """A foot touches the ground, and the error of a run of `rk4` leaps from 1e-9 to 2e-7, where it stays."""
+    t = 0.015 * np.arange(12)
+    leaps = np.array([0, 4.2, 2.8, 3.9, 5.2, 6.5, 7.8, 9.1, 10.4, 2060, 1270, 2020]) * 1e-10
+    assert is_exponential(t, leaps) and not is_exponential(t, leaps, but_once=True)
+    assert is_exponential(t, 1e-10 * np.exp(60.0 * t), but_once=True)
+
+
+def test_a_rough_companion_is_never_the_run_itself():
+    """Off by a quarter at the end; beside it went `dop853` with the run's own tolerance, to the same bits: off by 0."""
+    run = bundled("spring_pendulum").run(t_end=3000.0, method="dop853", rtol=1e-6, atol=1e-8)
+    (entry,) = (check for check in run.health if check.check == "accuracy")
+    assert not entry.ok and 0.15 < entry.value < 0.4

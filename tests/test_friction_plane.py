@@ -79,6 +79,35 @@ def test_a_block_on_a_shaking_plate_slips_and_sticks_as_its_phases_say(systems, 
     np.testing.assert_allclose(run.v[-1, :2], expected.velocity, atol=off)
 
 
+@pytest.mark.parametrize("kind", ["given", "stop"])
+def test_it_slips_however_slowly_the_load_comes(kind):
+    """Forces that change in days bring it to its limit as those that change in seconds do: with a mass in proportion.
+
+    At rest nothing tells how fast they change but the step; it was taken to stick on, far beyond its limit.
+    """
+    m = Model(f"slow_{kind}")
+    unit = m.parameter("T", 1.0)
+    x, y = m.coordinate("x", start=0.0), m.coordinate("y", start=0.0)
+    m.force(x, "5*sin(t/T)")
+    if kind == "stop":
+        z = m.coordinate("z", start=0.0)
+        m.force(z, "-10")
+        m.stop("plate", z)
+        m.friction("sole", coordinates=(x, y), coefficient=0.3, static=0.4, normal="plate")
+    else:
+        m.friction("sole", coordinates=(x, y), force="3", static="4")
+    m.body("block", mass=unit**2, com=(x, y, z if kind == "stop" else 0))
+    system = m.derive()
+    began = np.arcsin(0.8)  # from there on x'' = 5 sin t - 3
+    end = 5.0 * (0.8 - np.sin(2.0) + 0.6 * (2.0 - began)) - 1.5 * (2.0 - began) ** 2
+    for slow in (1.0, 1e5):
+        run = system.run(
+            t_end=2.0 * slow, method="dop853", rtol=1e-9, atol=1e-12 / slow, parameters={"T": slow}
+        )
+        assert run.ok, [check.says for check in run.objections]
+        assert run["x"][-1] == pytest.approx(end, rel=1e-7)
+
+
 def test_the_forces_lie_on_the_circle_while_it_slides_and_within_while_it_sticks(systems):
     run = systems["stop"].run(t_end=3.0)
     forces = np.hypot(run["force(sole_1)"], run["force(sole_2)"])

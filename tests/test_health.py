@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symgen import Model, cos, dot, sin, t
-from symgen.link import derive_text
+from symgen import Model, cos, dot, exp, sin, t
+from symgen.link import derive_text, module_for
+from symgen.model.library import find
 from symgen.runtime import RunOptions, Solution, System, load, solve
 from symgen.runtime.checks.advice import advise
 from symgen.runtime.checks.convergence import lines, study
@@ -89,6 +90,17 @@ def test_what_is_unstable_but_did_not_grow_is_a_note(pendulum):
     run = solve(pendulum, 1.0, method="euler", step=1e-4, start={"theta": 0.5})
     found = {entry.check: entry for entry in check(run)}
     assert found["energy"].ok and "unstable on undamped motion at every step" in found["stability"].says
+
+
+def test_what_would_be_unstable_if_it_moved_is_a_note():
+    """A valley that is narrow in one place is crossed along its floor: there is nothing that could grow."""
+    m = Model("floor")
+    x, y = m.coordinate("x"), m.coordinate("y", start=1.0)
+    m.kinetic((dot(x) ** 2 + dot(y) ** 2) / 2)
+    m.potential(y**2 / 2 + (1 + 4e4 * exp(-((y / 0.02) ** 2))) * x**2 / 2)
+    run = m.derive().run(t_end=np.pi, method="rk4", step=0.05, t_eval=np.linspace(0.0, np.pi, 41))
+    found = {entry.check: entry for entry in run.health}
+    assert run.ok and found["stability"].note and "e^75" in found["stability"].says
 
 
 def _linear(system: System) -> np.ndarray:
@@ -599,3 +611,13 @@ def test_energy_of_what_is_small_in_its_units_is_told_of_atol():
     (energy,) = (c for c in system.run(t_end=20.0, method="dop853").health if c.check == "energy")
     assert not energy.ok and "try a smaller atol than 1e-10" in energy.says
     assert all(check.ok for check in system.run(t_end=20.0, method="dop853", atol=1e-19).health)
+
+
+def test_rates_beyond_the_digits_of_atol_are_no_matter_of_the_step():
+    """A pendulum in microseconds, from rest: Newton's iteration cannot leave less than numbers of its rates tell."""
+    system = load(module_for(Path(find("double_pendulum")), {}).text)
+    fast = {"method": "implicit_midpoint", "parameters": {"g": 9.81e12}}
+    run = system.run(t_end=5e-7, **fast)
+    assert run.status == "failed"
+    assert "last digits are above what atol 1e-10 asks for: give a larger --atol" in run.message
+    assert system.run(t_end=5e-7, atol=1e-6, **fast).ok

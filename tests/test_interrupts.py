@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from symgen.cli.failures import answered_interrupts
 from symgen.runtime.recording.reader import read_recording
 from symgen.runtime.uninterrupted import uninterrupted
 
@@ -147,3 +148,35 @@ def test_standard_streams_that_are_closed(tmp_path, closed):
     done = subprocess.run(run, shell=True, env=ENVIRONMENT, capture_output=True, text=True, cwd=tmp_path)
     assert done.returncode == 0
     assert ("success" in done.stdout) == (closed == "2>&-") and not done.stderr
+
+
+def test_an_interrupt_that_python_lets_out_nowhere_comes_again():
+    """Handlers act where the program is: at an object's end, or in a callback, what they raise is only printed."""
+
+    class Ending:
+        def __del__(self):
+            signal.raise_signal(signal.SIGTERM)
+
+    with pytest.raises(KeyboardInterrupt), answered_interrupts():
+        Ending()
+        time.sleep(5.0)
+
+
+# A thread that waits for what nobody gives back, as the lock of an import that an interrupt has cut off.
+WAITING = """
+import threading, time
+from symgen.cli.failures import answered_interrupts
+threading.Thread(target=threading.Event().wait).start()
+with answered_interrupts():
+    print("ready", flush=True)
+    time.sleep(60)
+"""
+
+
+def test_a_thread_that_waits_for_ever_keeps_no_program():
+    with started("-c", WAITING) as process:
+        assert process.stdout.readline() == "ready\n"
+        process.send_signal(signal.SIGTERM)
+        _, said = process.communicate(timeout=40)
+    assert process.returncode == 143
+    assert "something did not come to its end" in said

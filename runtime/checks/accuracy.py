@@ -45,14 +45,17 @@ class AccuracyCheck(HealthCheck):
     ----------
     sees_drift : bool
         Whether its error has what the drift of the energy makes of the motion up to the end.
+    sees_all : bool
+        Whether a companion went beside all of the run.
     """
 
     sees_drift: bool = False
+    sees_all: bool = False
 
     def to_dict(self) -> dict[str, Any]:
         """Return the check as a dictionary, as all others are."""
         known = super().to_dict()
-        del known["sees_drift"]
+        del known["sees_drift"], known["sees_all"]
         return known
 
 
@@ -150,10 +153,10 @@ def _entry(solution: Solution, found: ErrorEstimate) -> HealthCheck:
     )
     said = off if found.known else f"{off} at the end, as parts of the run, integrated again, say"
     if error <= LARGEST_ERROR:
-        sees_drift = found.known or found.has_drift
         return AccuracyCheck(
-            "accuracy", True, error, LARGEST_ERROR, f"at most, {said}", sees_drift=sees_drift
-        )
+            "accuracy", True, error, LARGEST_ERROR, f"at most, {said}",
+            sees_drift=found.known or found.has_drift, sees_all=found.known,
+        )  # fmt: skip
     beyond = f"by more than {LARGEST_ERROR:.0%} from t = {found.until(LARGEST_ERROR):.4g} s on"
     says = f"{said}, and {beyond}: take {_remedy(solution, found, column)}, or end the run before"
     if found.rate is not None:

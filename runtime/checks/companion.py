@@ -47,6 +47,8 @@ _LOOSE, _OF_LOOSE = 1e-5, 1e-3
 # From this rtol and order on no other method is more accurate than the run's own.
 _ALIKE, _HIGH_ORDER = 1e-12, 8
 _BESIDE, _OF_BESIDE = 4.0, 0.5  # times the run's rtol, and of the difference, where nothing is more accurate
+# Of tolerances of one method: so near to each other that errors are alike; how far a companion is from the run then.
+_NEAR_RUN, _APART_FROM_RUN = 5.0, 30.0
 _ATOL_OF_RANGE = 1e-6  # of the smallest range of a coordinate or rate
 # Events that a companion may meet; each takes as long as thousands of steps.
 _MOST_EVENTS, _MOST_SWITCHINGS, _SHARE_OF_EVENTS = 60, 20, 0.05
@@ -177,6 +179,11 @@ def _level(solution: Solution, companion: Companion, t: float, state: np.ndarray
     if companion.method.series and solution.energy.taken > 0.0:
         return energy(solution.system, solution.p, t, state)
     return math.nan
+
+
+def apart(rtol: float, of_run: float) -> float:
+    """Return a tolerance with which a run's own method makes errors of its own: with that of the run it is the run."""
+    return of_run / _APART_FROM_RUN if of_run / _NEAR_RUN < rtol < of_run * _NEAR_RUN else rtol
 
 
 def loose(least_range: float) -> Companion:

@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime import step_costs
-from symgen.runtime.batches import right_hand_sides
+from symgen.runtime.batches import evaluate, right_hand_sides
 from symgen.runtime.checks.amplification import Amplification, Stretch, together
 from symgen.runtime.checks.companion import (
     TIGHTEST,
     Companion,
     Followed,
+    apart,
     by_series,
     finer,
     follow,
@@ -218,6 +219,7 @@ def _estimated(
     if found is not begun or begun.rate is not None:
         longer = 0.0
     neighbour = loose(least)
+    neighbour = neighbour.with_tolerance(comparison.unlike(neighbour, neighbour.rtol))
     if companion.method is not comparison.own:
         other = finer(solution, comparison.own, least)
         if comparison.reach(other, operations) > found.t[-1]:
@@ -453,7 +455,9 @@ class _Comparison:
             # What its own steps lose of the energy adds up, and moves the phase with the square of their number.
             steps = needed / operations_per_step(self._solution, companion.method)
             own = _OF_DRIFT * begun.largest / max(steps, 1.0) ** 2
-            rtol = max(min(_OF_FOUND * begun.largest, _LOOSEST_OF_REST, own), companion.rtol)
+            rtol = max(
+                min(_OF_FOUND * begun.largest, self.unlike(companion, _LOOSEST_OF_REST), own), companion.rtol
+            )
             needed *= (companion.rtol / rtol) ** (1.0 / companion.method.order)
             companion = companion.with_tolerance(rtol)
         if needed > allowed:
@@ -478,24 +482,29 @@ class _Comparison:
         operations, allowed : float
             That it took, and that a rough one is expected to take at most.
         """
-        came = float(begun.t[-1] - self._t[0])
+        came, rtol = float(begun.t[-1] - self._t[0]), self.unlike(companion, _ROUGH)
         if companion.remains != 1.0 or not _may_be_chaotic(self.system):
             return None
-        if companion.rtol >= _ROUGH or came <= 0.0:
+        if companion.rtol >= rtol or came <= 0.0:
             return None
-        fewer = (companion.rtol / _ROUGH) ** (1.0 / companion.method.order)
+        fewer = (companion.rtol / rtol) ** (1.0 / companion.method.order)
         span = self.end - float(self._t[0])
         per_step = operations_per_step(self._solution, companion.method)
         needed = fewer * self._most_steps(companion, operations) * per_step * span / came
         if needed > allowed:
             return None
-        beside = self._beside(companion.with_tolerance(_ROUGH), _UNEVEN * needed, 0)
-        rough = self._said(companion.with_tolerance(_ROUGH), 0, beside)
+        beside = self._beside(companion.with_tolerance(rtol), _UNEVEN * needed, 0)
+        rough = self._said(companion.with_tolerance(rtol), 0, beside)
         if rough.largest <= _TELLS:
             return replace(rough, is_bound=True) if rough.known else None
         needed = _SLOWER * beside.steps * per_step / fewer * span / float(rough.t[-1] - self._t[0])
         accurate = self.follow(companion, min(needed, max(allowed, _MOST_TO_DECIDE)))
         return accurate if accurate.known else None
+
+    def unlike(self, companion: Companion, rtol: float) -> float:
+        """Return a tolerance for a companion with errors of its own, where that is of the run's method, too."""
+        alike = companion.method.name == self._solution.method and self.own.adaptive
+        return apart(rtol, self._solution.rtol) if alike else rtol
 
     def of_the_better(
         self, found: ErrorEstimate, better: Companion, operations: float, allowed: float
@@ -556,7 +565,9 @@ class _Comparison:
         if known and first == 0 and relative.max() <= LARGEST_ERROR:  # how small errors came nobody asks
             return ErrorEstimate(t[:n], relative, known, rate=None, states=found.states)
         worst = row_maxima(relative)
-        rate = growth_rate(t[:n], worst) if is_exponential(t[:n], worst) else None
+        # Where forces have kinks, growth at one of them is no rate.
+        grows = is_exponential(t[:n], worst, but_once=bool(self.system.events))
+        rate = growth_rate(t[:n], worst) if grows else None
         return ErrorEstimate(t[:n], relative, known, rate, self._sharp, found.states)
 
     def drifting(self, part: ErrorEstimate, companion: Companion, operations: float) -> Phase | None:
@@ -745,7 +756,8 @@ def _angles(system: System, n: int) -> np.ndarray:
 def _apart(solution: Solution, extent: Extent, t: np.ndarray, states: np.ndarray) -> np.ndarray:
     """Which of what moves little is moved by nothing that moves much, shape (nq + nv,): it is small, and not at rest.
 
-    Accelerations there are the same to the bit, where what moves much is elsewhere.
+    Accelerations there are the same to the bit, where what moves much is elsewhere, and no stop or friction lies
+    between the two: balls that strike each other have nothing to do with each other else.
     """
     system = solution.system
     nq, n = system.nq, system.nq + system.nv
@@ -760,11 +772,22 @@ def _apart(solution: Solution, extent: Extent, t: np.ndarray, states: np.ndarray
     with np.errstate(all="ignore"):
         rates, there = (right_hand_sides(system, solution.p, t, y)[:, nq:n] for y in (here, moved))
     same = (rates == there).all(axis=0)
+    if same.any() and system.switches:
+        same &= ~_in_touch(solution, t, here[:, :n], still[nq:])
     positions = Positions(system)
     of_rates = same & still[nq:] & positions.per_rate(still[:nq], False)
     apart[:nq], apart[nq:n] = positions.per_coordinate(of_rates), of_rates
     apart[[i + k for i, _ in positions.quaternions for k in range(4)]] = False
     return apart
+
+
+def _in_touch(solution: Solution, t: np.ndarray, states: np.ndarray, still: np.ndarray) -> np.ndarray:
+    """Return which rates a stop or friction has in common with one that is not still, shape (nv,)."""
+    closed, p = solution.system.closed, solution.p.copy()
+    p[list(closed.switched.values())] = 1.0
+    rows = evaluate(closed, "constraint_jacobian", p, t, states).reshape(len(t), closed.m, closed.nv)
+    moved = (rows[:, list(closed.switched)] != 0.0).any(axis=0)
+    return moved[moved[:, ~still].any(axis=1)].any(axis=0)
 
 
 def _unresolved_rates(system: System, extent: Extent, t: np.ndarray) -> np.ndarray:

@@ -64,12 +64,12 @@ def _envelope(relative: np.ndarray, width: int) -> np.ndarray:
     return np.maximum(values[rest:], values[: len(values) - rest])
 
 
-def is_exponential(t: np.ndarray, relative: np.ndarray) -> bool:
+def is_exponential(t: np.ndarray, relative: np.ndarray, *, but_once: bool = False) -> bool:
     """Return whether a difference grows faster than any power that errors of regular motion grow with."""
-    return power_of_growth(t, relative) > LARGEST_POWER
+    return power_of_growth(t, relative, but_once=but_once) > LARGEST_POWER
 
 
-def power_of_growth(t: np.ndarray, relative: np.ndarray) -> float:
+def power_of_growth(t: np.ndarray, relative: np.ndarray, *, but_once: bool = False) -> float:
     """Return the power of time with which a difference grows; 0 where there are too few frames to tell.
 
     Looked at is its running maximum, up to where it is no longer small: from the first quarter of that time to its end.
@@ -78,6 +78,9 @@ def power_of_growth(t: np.ndarray, relative: np.ndarray) -> float:
     ----------
     t : ndarray, shape (n,) [s]
     relative : ndarray, shape (n,)
+    but_once : bool
+        Whether the largest factor between two frames counts as the mean of the others: what comes at one place, as
+        where something strikes, tells nothing about how small differences grow elsewhere.
     """
     peak = running_maximum(relative)
     end = int(np.searchsorted(peak, SATURATED))
@@ -85,7 +88,11 @@ def power_of_growth(t: np.ndarray, relative: np.ndarray) -> float:
         return 0.0
     last = min(end, len(t) - 1)
     early = int(np.searchsorted(t, t[0] + _FIRST_PART * (t[last] - t[0])))
-    growth = min(peak[last], SATURATED) / max(peak[early], _ROUND_OFF)
+    grown = np.maximum(np.minimum(peak[early : last + 1], SATURATED), _ROUND_OFF)
+    growth = grown[-1] / grown[0]
+    if but_once and len(grown) > 2:
+        n = len(grown) - 1
+        growth = (growth / (grown[1:] / grown[:-1]).max()) ** (n / (n - 1))
     return float(np.log(max(growth, 1.0)) / -np.log(_FIRST_PART))
 
 

@@ -58,6 +58,7 @@ _LARGEST_FOR_TIME_SCALES = 400  # states; eigenvalues cost their cube
 _NEAR_DEPENDENCE = 1e-3  # ratio of pivots
 _OF_STEPS = ("resolution", "stability")
 _OF_DRIFT, _SMALL_DRIFT = ("constraint position", "constraint velocity"), 1e-2
+_SEEN_BESIDE = ("stability", "time terms")  # what a companion beside all of a run resolves
 _REGULAR_ENDS = ("success", "terminated")
 
 
@@ -113,7 +114,8 @@ def check(solution: Solution) -> list[HealthCheck]:
     * quaternions: their lengths 1e-12 from 1, as every state is scaled to that.
     * accuracy: the estimated error at the end, in its own file. Where a run of fixed step cannot be estimated, steps
       that do not resolve its fastest motion, or are not stable on it, are evidence.
-    * stability (fixed step): what is unstable must not grow from round-off to the size of the motion.
+    * stability (fixed step): what is unstable must not grow from round-off to the size of the motion; a note where a
+      companion beside all of the run has seen that it does not.
     * notes on steps: at most 80 % rejected, at most 5 % at the limit of floating-point time; at fixed step enough of
       them in the fastest period (`steps.py`).
     * rank: constraints that come to depend on each other on the way are reported, with when and which; steps across a
@@ -121,9 +123,10 @@ def check(solution: Solution) -> list[HealthCheck]:
     * subsystems integrated by themselves: the limits of energy and rejected steps hold for the worst of them.
     * stops: no gap below zero by more than 10 times what the tolerances leave of the coordinates it depends on.
     * windings: no bushing, nor a spring over an angle of directions, wound up so far that its angle jumps.
-    * held: no friction that sticks with a force beyond its limit by more than a tenth, no stop that pulls, at frames.
+    * held: no friction that sticks with a force beyond its limit by more than 2 %, no stop that pulls, at frames.
     * friction: no dry friction with a negative force, at frames.
-    * time terms: what time alone does is resolved by a fixed step, and not too much for any.
+    * time terms: what time alone does is resolved by a fixed step, and not too much for any; what a step leaves out
+      is a note where a companion beside all of the run has seen that it did not matter.
     * missed events, poles (fixed steps), accuracy (the estimated error, of regular ends), and notes on the Jacobian,
       stiffness (explicit methods, many steps), negative damping and stiffness: each in its own file.
     """
@@ -155,6 +158,8 @@ def _checked(solution: Solution, *, with_companions: bool = True) -> list[Health
                 found = energy_drift.judged_with_drift(found, solution, entry.value)
             if solution.constraints == "baumgarte":
                 found = judged_with_drift(found, entry.value)
+            if getattr(entry, "sees_all", False):
+                found = _right_all_the_same(found, _SEEN_BESIDE, np.inf)
     return _with_evidence(found)
 
 
@@ -208,11 +213,14 @@ def judged_with_drift(found: list[HealthCheck], error: float) -> list[HealthChec
     error : float
         How far the motion is off, as `accuracy` estimates.
     """
-    if error > _SMALL_DRIFT:
-        return found
+    return found if error > _SMALL_DRIFT else _right_all_the_same(found, _OF_DRIFT, _SMALL_DRIFT)
+
+
+def _right_all_the_same(found: list[HealthCheck], names: tuple[str, ...], most: float) -> list[HealthCheck]:
+    """Let objections up to a value be notes, beside a motion that is known to be right."""
     return [
         replace(entry, ok=True, note=True, says=f"{entry.says}; the motion is right all the same (accuracy)")
-        if not entry.ok and entry.check in _OF_DRIFT and entry.value <= _SMALL_DRIFT
+        if not entry.ok and entry.check in names and entry.value <= most and entry.limit > 0.0
         else entry
         for entry in found
     ]

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from symgen.runtime.solution import Solution
 
 _FRAMES = 100
-_LIMIT = 0.1  # of the forces that there can be
+_LIMIT = 0.02  # of the forces that there can be
 _TOLERANCES = 10.0  # of the run, in a force
 # Of the largest force that is solved for, in the others: a corner that nothing presses may pull by 1e-13 of it.
 _ROUND_OFF = 1e4 * np.finfo(float).eps

@@ -221,8 +221,10 @@ class Instant:
         """Ask for the equations afresh: inputs may have other values at the same time."""
         self._last = None
 
-    def _later(self, here: LocalDynamics, forces: np.ndarray, ahead: float = AHEAD) -> LocalDynamics:
-        """The equations a moment later, on the way that some forces lead."""
+    def _later(
+        self, here: LocalDynamics, forces: np.ndarray, ahead: float = AHEAD, *, of_step: bool = False
+    ) -> LocalDynamics:
+        """The equations a moment later, on the way that some forces lead: a part of the last step, or of the motion."""
         nq = self.system.nq
         q, v, change = here.state[:nq], here.state[nq:], here.accelerations(forces)
         free = np.abs(here.accelerations(np.zeros(self.n))).max(initial=0.0)
@@ -231,7 +233,8 @@ class Instant:
         )  # what is balanced has no time of its own
         # Rates that are zero within the tolerances have no time of their own either.
         rates = np.where(np.abs(v) > float(self.arrays.control[at.ATOL]) + ROUNDED, v, 0.0)
-        ahead = ahead * here.moment(rates, change)
+        of_motion, step = here.moment(rates, change), float(self.arrays.control[at.H_LAST])
+        ahead = ahead * (step if of_step and step > 0.0 else of_motion)
         state = np.concatenate([self.equations.positions.retract(q, ahead * v), v + ahead * change])
         return self.equations.at(self.arrays.p, here.t + ahead, state)
 

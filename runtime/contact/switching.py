@@ -25,6 +25,7 @@ from symgen.runtime.positions import Positions
 
 _DEPENDENT = 1e-8  # of a row's compliance that is left once others are held: they hold it as well
 _MOMENTS = (AHEAD, 1e-6, 1e-5)  # the same, until what is shared is beyond its limit
+_MOMENTS_OF_STEP = (1e-8, 1e-7, 1e-6, 1e-5)  # of the last step, where those do not tell
 _FINEST, _WIDEST = 1e-13, 0.02  # tolerance that an aim goes by, and angle [rad] that it lasts for at most
 _PARALLEL, _APART = 1e-6, 1e-12  # of directions of sliding; of what moves each other
 _GUIDED = 1e-12  # of the compliance along a direction: constraints hold the one across
@@ -354,7 +355,7 @@ class Holding(LoneFriction):
         sticks = waiting & held & (loads < (1.0 - close) * most)
         undecided = waiting & ~sticks & (together(np.abs(pulled)) <= small)
         if undecided.any():
-            later, forces, most = self._soon(here, acting, forces, undecided & shared[self.n_stops :])
+            later, forces, most = self._soon(here, acting, forces, undecided, shared[self.n_stops :])
             soon = forces[self.n_stops :]
             sticks |= undecided & (together(np.abs(soon)) < (1.0 - 2.0 * LIMIT_ROUNDED) * most)
             if len(self.layout.circles):  # at its limit, but others hold on
@@ -373,28 +374,46 @@ class Holding(LoneFriction):
         return sticks, onset
 
     def _soon(
-        self, here: LocalDynamics, acting: np.ndarray, forces: np.ndarray, shared: np.ndarray
+        self,
+        here: LocalDynamics,
+        acting: np.ndarray,
+        forces: np.ndarray,
+        undecided: np.ndarray,
+        shared: np.ndarray,
     ) -> tuple[LocalDynamics, np.ndarray, np.ndarray]:
         """Return the equations a moment later, the forces and the levels there.
 
-        Where several that share a load are close to its limit, the moment is one at which it is beyond the limit.
+        Where several that share a load are close to its limit, the moment is one at which it is beyond the limit. Of a
+        friction in a plane alone it is one at which its force is on one side: what moves, or nothing, does not tell how
+        slowly the load changes, but the step does in which it came to the limit.
         """
         small = UNDECIDED * here.sizes_of_free[self.n_stops :]
-        for ahead in _MOMENTS:
-            later, found, most = self._forces_later(here, acting, forces, ahead)
-            change = np.abs((later.free + later.compliance @ found)[self.n_stops :])
-            if not shared.any() or (change > small)[shared].any():
+        sharing, alone = undecided & shared, undecided & self._in_circles & ~shared
+        moments = [(ahead, False) for ahead in _MOMENTS]
+        moments += [(ahead, True) for ahead in _MOMENTS_OF_STEP] if alone.any() else []
+        for ahead, of_step in moments:
+            later, found, most = self._forces_later(here, acting, forces, ahead, of_step=of_step)
+            change = np.abs((later.free + later.compliance @ found)[self.n_stops :]) > small
+            loads = self.layout.together(np.abs(found[self.n_stops :]))
+            told = (change & (sharing | alone)) | (alone & (loads < (1.0 - 2.0 * LIMIT_ROUNDED) * most))
+            if told.any() or not (sharing | alone).any():
                 break
         return later, found, most
 
     def _forces_later(
-        self, here: LocalDynamics, acting: np.ndarray, forces: np.ndarray, ahead: float = AHEAD
+        self,
+        here: LocalDynamics,
+        acting: np.ndarray,
+        forces: np.ndarray,
+        ahead: float = AHEAD,
+        *,
+        of_step: bool = False,
     ) -> tuple[LocalDynamics, np.ndarray, np.ndarray]:
         """Return the equations a moment later, the forces and the levels there; those of now where there are none.
 
         Where points still rise, their speeds part in a moment, and no forces hold all of them there.
         """
-        later, still = self._later(here, forces, ahead), acting[self.n_stops :]
+        later, still = self._later(here, forces, ahead, of_step=of_step), acting[self.n_stops :]
         try:
             return later, *self._forces(later, acting, self._levels(still, later))
         except ContactError:

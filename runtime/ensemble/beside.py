@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symgen.runtime.checks.companion import apart
 from symgen.runtime.checks.error_estimate import LARGEST_ERROR, Extent
 from symgen.runtime.choose import choose_step
 from symgen.runtime.ensemble.plan import make_plan
@@ -209,6 +210,9 @@ def _made(plan: Plan, which: str) -> Plan:
     if find_method(plan.method).adaptive:
         tight = min(rtol, part * plan.single.rtol), min(atol, part * plan.single.atol)
         rtol, atol = _OF_ADAPTIVE if which == _PASSES[0] else tight
+        if plan.method == _BESIDE:  # with the members' own tolerance it would be the members
+            atol *= apart(rtol, plan.single.rtol) / rtol
+            rtol = apart(rtol, plan.single.rtol)
     return make_plan(plan.system, replace(options, method=_BESIDE, step=None, rtol=rtol, atol=atol))
 
 

@@ -38,8 +38,10 @@ if TYPE_CHECKING:
 
 _PATIENCE = 0.6  # seconds until a signal must have been acted on
 _PATIENCE_WRITING = 30.0
+_PATIENCE_ENDING = 5.0  # seconds until threads must have come to their end after the main one
 _LOOK_EVERY = 0.02
 _UNANSWERED = b"\ninterrupted: the machine code did not answer; a recording keeps what was written to it\n"
+_NO_END = b"\ninterrupted: something did not come to its end; a recording keeps what was written to it\n"
 _EXIT = 128  # a shell's exit status of a program that a signal ended, less the signal's number
 
 
@@ -52,7 +54,25 @@ class _Answers:
 
     def act(self, number: int, frame: FrameType | None) -> None:
         self.number, self._acted_at = number, time.monotonic()
+        threading.Thread(target=self._see_to_the_end, name="interrupted", daemon=True).start()
         raise KeyboardInterrupt
+
+    def _see_to_the_end(self) -> None:
+        """End the process if its main thread has ended and it has not: others may wait for what an import left."""
+        main = threading.main_thread()
+        while main.is_alive():
+            time.sleep(_PATIENCE)
+        time.sleep(_PATIENCE_ENDING)
+        with contextlib.suppress(OSError):
+            os.write(2, _NO_END)
+        os._exit(interrupted_status())
+
+    def swallowed(self, error: Any) -> None:
+        """Ask again after an interrupt that came while Python let nothing out: in a callback, or at an object's end."""
+        if issubclass(error.exc_type, KeyboardInterrupt):
+            threading.Timer(_LOOK_EVERY, os.kill, (os.getpid(), self.number)).start()
+        else:
+            sys.__unraisablehook__(error)
 
     def watch(self, pipe: int) -> None:
         """Read numbers of signals from a pipe until it is closed."""
@@ -98,10 +118,12 @@ def answered_interrupts() -> Iterator[None]:
     wakeup = signal.set_wakeup_fd(write, warn_on_full_buffer=False)
     for number in before:
         signal.signal(number, _answers.act)
+    hook, sys.unraisablehook = sys.unraisablehook, _answers.swallowed
     threading.Thread(target=_answers.watch, args=(read,), name="interrupts", daemon=True).start()
     try:
         yield
     finally:
+        sys.unraisablehook = hook
         for number, handler in before.items():
             signal.signal(number, handler)
         signal.set_wakeup_fd(wakeup)

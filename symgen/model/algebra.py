@@ -13,6 +13,8 @@ from fractions import Fraction
 from functools import cache, cached_property
 from typing import Any, ClassVar
 
+from ..errors import TOO_LARGE, ModelError
+
 LARGEST_SQUARE_FACTOR = 2**15  # prime factors up to this are looked for under a square root
 
 # Classes in the order in which arguments of sums and products stand; others come behind, by name.
@@ -372,6 +374,9 @@ class Float(Number):
 
     @cached_property
     def sort_key(self) -> tuple:
+        if not math.isfinite(self._value):
+            says = f"a constant part of an expression has the value {self._value:g}"
+            raise ModelError(says, hint=TOO_LARGE)
         mantissa, exponent = math.frexp(abs(self._value))
         whole = int(math.ldexp(mantissa, 53))
         trailing = (whole & -whole).bit_length() - 1 if whole else 0

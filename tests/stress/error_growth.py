@@ -24,7 +24,7 @@ from symgen.runtime import System, solve
 from symgen.runtime.integrate.forms import FORMS
 from symgen.runtime.integrate.methods import METHODS
 
-from . import drawn_motions
+from . import drawn_motions, perturbed
 from .drawn_motions import PLAIN as _PLAIN
 from .drawn_motions import WITH_EVENTS as _WITH_EVENTS
 from .drawn_motions import Draw
@@ -32,7 +32,7 @@ from .judging import attempt
 from .models import bundled, made
 from .scenario import DOUBTED, FLAGGED, REFUSED, RIGHT, WRONG, Outcome, Scenario
 
-N_CASES, N_DRAWN = 600, 240
+N_CASES, N_DRAWN, N_PERTURBED = 600, 240, 102
 _RTOLS = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 _STEPS = (0.5, 1.0, 2.0, 4.0)  # of the default
 _STEPS_OF_LONG = (0.25, 0.5, 1.0, 2.0)
@@ -40,6 +40,11 @@ _WRONG, _RIGHT = 0.1, 0.01  # largest error of a coordinate or rate, in parts of
 _AGREE = 3e-3  # up to there two references know the motion
 _MOST_STEPS, _MOST_STEPS_OF_LONG = 150_000, 1_000_000
 _LEAST_RANGE = 1e-8  # of the largest coordinate: what moves less is at rest
+_UNDER, _TOO_SMALL_TO_COUNT = (
+    20.0,
+    1e-6,
+)  # times an estimate that says too little; errors that nobody asks for
+_REST = 1e-12  # what moves by no more is at rest
 _LEAST_FRAMES = 3  # of references
 FALSE, NO_REFERENCE = "right but flagged", "without a reference"
 _STIFF = (("radau13", 1e-13), ("taylor", 1e-14))
@@ -305,7 +310,7 @@ def reference(draw: Draw, t_end: float) -> tuple[np.ndarray, np.ndarray, np.ndar
 def sizes(states: np.ndarray) -> np.ndarray:
     """Return the ranges of coordinates and rates; of what is at rest the largest of all."""
     size = np.ptp(states, axis=0)
-    return np.where(size > _LEAST_RANGE * size.max(), size, max(size.max(), 1e-300))
+    return np.maximum(np.where(size > _LEAST_RANGE * size.max(), size, size.max()), _REST)
 
 
 def draw_case(seed: int, index: int) -> tuple[Draw, dict[str, Any], dict[str, Any]]:
@@ -317,6 +322,12 @@ def draw_new(seed: int, index: int) -> tuple[Draw, dict[str, Any], dict[str, Any
     """Return as `draw_case` does, of a model that is drawn as well."""
     families = drawn_motions.FAMILIES
     return _drawn_case(np.random.default_rng([seed, index, 13]), families[index % len(families)])
+
+
+def draw_perturbed(seed: int, index: int) -> tuple[Draw, dict[str, Any], dict[str, Any]]:
+    """Return as `draw_case` does, of a bundled model with other parameters, starts and inputs."""
+    families = perturbed.FAMILIES
+    return _drawn_case(np.random.default_rng([seed, index, 28]), families[index % len(families)])
 
 
 def _drawn_case(rng, family) -> tuple[Draw, dict[str, Any], dict[str, Any]]:
@@ -378,10 +389,14 @@ def run_case(seed: int, index: int, kind: str = "") -> dict[str, Any]:
     row["wrong"] = error > _WRONG or lost
     row["right"] = error < _RIGHT and complete
     estimate = next((entry.value for entry in run.health if entry.check == "accuracy"), None)
-    return row | {"estimate": estimate, "verdict": _verdict(row)}
+    row |= {"estimate": estimate, "verdict": _verdict(row)}
+    # Only what references know to the end is held against an estimate.
+    counts = complete and estimate is not None and not row["flags"]
+    under = bool(counts and error > max(_UNDER * estimate, _TOO_SMALL_TO_COUNT))
+    return row | {"under": under}
 
 
-_KINDS = {"": draw_case, "long": draw_long, "drawn": draw_new}
+_KINDS = {"": draw_case, "long": draw_long, "drawn": draw_new, "perturbed": draw_perturbed}
 
 
 def _verdict(row: dict[str, Any]) -> str:
@@ -404,7 +419,7 @@ def case(seed: int, index: int, kind: str = "") -> Outcome:
     verdict = row["verdict"]
     if verdict == FALSE:
         return Outcome(WRONG if "accuracy" in row["flags"] else DOUBTED, says)
-    if verdict == NO_REFERENCE and kind == "drawn":
+    if verdict == NO_REFERENCE and kind in ("drawn", "perturbed"):
         return Outcome(RIGHT, f"{says}: nothing to compare with")
     if verdict == NO_REFERENCE:
         raise AssertionError(f"error growth {index}: references do not agree from the start")
@@ -430,6 +445,10 @@ def scenarios() -> Iterator[Scenario]:
             "drawn motion", f"drawn motion {index}", functools.partial(case, 0, index, "drawn"),
             short=index < len(drawn_motions.FAMILIES),
         )  # fmt: skip
+    for index in range(N_PERTURBED):
+        yield Scenario(
+            "perturbed", f"perturbed {index}", functools.partial(case, 0, index, "perturbed"), short=index % 17 == 5
+        )  # fmt: skip
     for seed, index in _SHOWN_OF_DRAWN:
         yield Scenario(
             "drawn motion", f"drawn motion {index} of {seed}", functools.partial(case, seed, index, "drawn"), short=True
@@ -453,12 +472,19 @@ def main() -> int:
     kinds.add_argument(
         "--drawn", dest="kind", action="store_const", const="drawn", help="models that are drawn, too"
     )
+    kinds.add_argument(
+        "--perturbed",
+        dest="kind",
+        action="store_const",
+        const="perturbed",
+        help="bundled models with other parameters, starts and inputs",
+    )
     parser.add_argument("--only", type=int, nargs="*", help="indices of cases")
     parser.add_argument("--json", type=Path, metavar="FILE")
     chosen = parser.parse_args()
     counts: Counter[str] = Counter()
     lines = chosen.json.open("w", encoding="utf-8") if chosen.json else None
-    n_right = by_estimate = 0
+    n_right = by_estimate = under = 0
     for index in chosen.only or range(chosen.first, chosen.first + chosen.cases):
         row = run_case(chosen.seed, index, chosen.kind or "")
         counts[row["verdict"]] += 1
@@ -466,10 +492,12 @@ def main() -> int:
         by_estimate += row["verdict"] == FALSE and "accuracy" in row["flags"]
         if lines:
             print(json.dumps(row), file=lines, flush=True)
-        if row["verdict"] in (WRONG, FALSE) or chosen.only:
+        under += bool(row.get("under"))
+        if row["verdict"] in (WRONG, FALSE) or row.get("under") or chosen.only:
             print({key: value for key, value in row.items()}, flush=True)
     print(
-        f"{sum(counts.values())} tried, {n_right} right ones, {by_estimate} of them flagged by accuracy: {dict(counts)}"
+        f"{sum(counts.values())} tried, {n_right} right ones, {by_estimate} of them flagged by accuracy, "
+        f"{under} estimates below a twentieth of the error: {dict(counts)}"
     )
     return int(counts[WRONG] > 0)
 

@@ -48,7 +48,7 @@ def smoothstep(a: float, b: float, x: float) -> float:
 
 _PYTHON = {
     "max": max, "min": min, "abs": abs, "sqrt": math.sqrt, "smoothstep": smoothstep, "sin": math.sin, "cos": math.cos,
-    "floor": math.floor, "exp": math.exp, "atan2": math.atan2,
+    "floor": math.floor, "exp": math.exp, "atan2": math.atan2, "mod": lambda a, b: a - b * math.floor(a / b),
     "where": lambda c, a, b: a if c else b,
     "sign": lambda x: math.copysign(1.0, x) if x else 0.0,
     "heaviside": lambda x: 1.0 if x > 0 else 0.0 if x < 0 else 0.5,
@@ -119,7 +119,48 @@ def term(r: np.random.Generator, names: tuple[str, ...], with_input: bool) -> st
     return str(r.choice(choices))
 
 
-def draw(r: np.random.Generator, *, events: bool, inputs: bool) -> Motion:
+def nest(r: np.random.Generator, names: tuple[str, ...], depth: int) -> str:
+    """Choices within choices, bounded: of places, the time and what is smooth of these and of rates."""
+
+    def number(low: float, high: float) -> str:
+        return f"({round(float(r.uniform(low, high)), 2)!r})"
+
+    if depth == 0:
+        x = str(r.choice(names))
+        leaves = [
+            x, x, f"({x} + {number(-1, 1)})", f"{number(0.5, 3)}*{x}", f"sin({number(1, 4)}*t)", f"0.3*dot({x})",
+            f"({x} - {number(-0.5, 0.5)}*t)", number(-1, 1), f"cos({number(1, 3)}*{x} + t)",
+        ]  # fmt: skip
+        return str(r.choice(leaves))
+
+    def below() -> str:
+        return nest(r, names, depth - 1)
+
+    def place() -> str:  # without rates, which a jump of forces would hold where it is
+        x = str(r.choice(names))
+        return str(
+            r.choice([x, f"sin({number(1, 3)}*{x})", f"({x} + {number(-0.6, 0.6)}*t)", f"{x}^2", "sin(3*t)"])
+        )
+
+    def condition() -> str:
+        simple = f"{place()} {r.choice(['<', '>', '<=', '>='])} {number(-0.5, 0.5)}"
+        if r.random() < 0.6:
+            return simple
+        other = f"{place()} > {number(-0.5, 0.5)}"
+        return str(r.choice([f"({simple}) and ({other})", f"({simple}) or ({other})", f"not ({simple})"]))
+
+    kinds = [
+        f"min({below()}, {below()})", f"max({below()}, {below()})", f"abs({below()})",
+        f"max({number(-1, -0.2)}, min({number(0.2, 1)}, {below()}))", f"where({condition()}, {below()}, {below()})",
+        f"sign({place()} - {number(-0.5, 0.5)})*abs({below()})", f"floor({number(1, 3)}*{place()})/3",
+        f"mod({place()}, {number(0.3, 1.2)})", f"heaviside({place()})*{below()}", f"({below()} - {below()})",
+        f"smoothstep({number(-1, -0.1)}, {number(0.1, 1)}, {below()})", f"sin({below()})", f"max({below()}, 0)^2/3",
+        f"abs({below()} - abs({below()}))", f"where({condition()}, floor(2*{place()}), {below()})",
+    ]  # fmt: skip
+    return str(r.choice(kinds))
+
+
+def draw(r: np.random.Generator, *, events: bool, inputs: bool, nests: bool = False) -> Motion:
     """One or two freedoms with some terms, elements, events and inputs."""
     names = ("x",) if r.random() < 0.5 else ("x", "y")
     m = Model("kinks")
@@ -139,7 +180,8 @@ def draw(r: np.random.Generator, *, events: bool, inputs: bool) -> Motion:
         options["inputs"] = {"u": Table(*values, kind="linear")}
     found: list[tuple[int, Callable[..., float]]] = []
     for _ in range(int(r.integers(1, 5))):
-        k, text = int(r.integers(0, len(names))), term(r, names, with_input)
+        k = int(r.integers(0, len(names)))
+        text = f"3*({nest(r, names, int(r.integers(2, 5)))})" if nests else term(r, names, with_input)
         m.force(names[k], text)
         found.append((k, compiled(text, names)))
     if r.random() < 0.4:
@@ -241,7 +283,7 @@ def _with(event: Callable[..., float], way: float) -> Callable[..., float]:
 def kinks(kind: str, number: int, method: str) -> Outcome:
     """Run a case and judge it."""
     r = np.random.default_rng([number, *kind.encode()])
-    motion = draw(r, events=kind == "events", inputs=kind in ("inputs", "events"))
+    motion = draw(r, events=kind == "events", inputs=kind in ("inputs", "events"), nests=kind == "nests")
     try:
         system = runtime.load(derive_text(motion.model).text)
     except ModelError as error:
@@ -262,7 +304,7 @@ def kinks(kind: str, number: int, method: str) -> Outcome:
 
 def scenarios() -> Iterator[Scenario]:
     """Yield cases of each kind, most of them with `taylor`."""
-    for kind in ("forces", "inputs", "events"):
+    for kind in ("forces", "inputs", "events", "nests"):
         for k, method in enumerate(METHODS):
             for number in range(_CASES if method == "taylor" else 1):
                 run = functools.partial(kinks, kind, number * len(METHODS) + k, method)
