@@ -490,20 +490,25 @@ class Holding(LoneFriction):
         """Return what `_landed` does, and which stops are left out because others bear the load.
 
         Where something slides, how a load is shared, which rigid bodies leave open, tells how much it rubs where, and
-        so the motion. It is borne by the stops that bear it already, all but those `left`, as long as these can.
+        so the motion. It is borne by the stops that bear it already, all but those `left`, as long as these can; then
+        others take the place of those of them that bear nothing any more, so that forces do not jump.
         """
         if not (self._coupled & self._pressed(touching) & ~still).any():
             return *self._landed(here, touching, still, levels), np.zeros_like(touching)
-        small = UNDECIDED * here.sizes_of_free
-        for out in [left, np.zeros_like(left)] if left.any() else [left]:
+        small, none = UNDECIDED * here.sizes_of_free, np.zeros_like(left)
+        tries = [left, none] if left.any() else [none]
+        while tries:
+            out = tries.pop(0)
             try:
                 landed, forces, _ = self._landed(here, touching & ~out, still, levels)
             except ContactError:
-                if out.any():
+                if tries:
                     continue
                 raise
             if not ((here.free + here.compliance @ forces < -small)[: self.n_stops] & out).any():
                 break
+            if out is left and (idle := landed & ~self._press(here, forces)).any():
+                tries.insert(0, idle)
         few = self._borne_by_few(here, np.concatenate([landed, still]), levels, forces, same_motion=False)
         return landed | out, few, levels.at(here, few), out | ((forces > 0.0) & ~(few > 0.0))[: self.n_stops]
 
