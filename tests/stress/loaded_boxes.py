@@ -32,7 +32,7 @@ G = 9.81
 _SPAN, _FPS = 2.0, 1000  # s
 _STEP = 5e-4  # s, of fixed steps
 _SUNK = 1e-6  # of the least size
-_LAW, _LAW_FIXED = 1e-5, 5e-3  # of the weight
+_LAW, _LAW_FIXED = 1e-4, 5e-3  # of the weight
 _SLIDES = 1e-4  # m/s, from which on the direction of sliding is plain
 _TURNED = 0.05  # rad between frames, up to which forces have a mean
 _AIMED = 6e-3  # rad, by which what begins to slide may miss its direction (docs/contact.md: 0.4 % for 1e-8)
@@ -145,9 +145,7 @@ class Motion:
 
     def energy(self) -> np.ndarray:
         """T + V of all [J]."""
-        parts = zip(
-            self.loaded.masses, self.places, self.speeds, self.spins, self.momenta, strict=True
-        )
+        parts = zip(self.loaded.masses, self.places, self.speeds, self.spins, self.momenta, strict=True)
         return sum(
             mass * (0.5 * (speed**2).sum(axis=1) + G * place[:, 2]) + 0.5 * (spin * own).sum(axis=1)
             for mass, place, speed, spin, own in parts
@@ -185,10 +183,14 @@ def objection(run, loaded: Loaded, allowed: float) -> str:
             height, place, slip = motion.corner(i, k)
             names = [f"on{i}_{k + 1}_friction_1", f"on{i}_{k + 1}_friction_2", f"on{i}_{k + 1}"]
             force = np.stack([run[f"force({name})"] for name in names], axis=1)
-            against = _of_corner(run.t[quiet], height[quiet], slip[quiet], force[quiet], loaded, small, begins)
+            against = _of_corner(
+                run.t[quiet], height[quiet], slip[quiet], force[quiet], loaded, small, begins
+            )
             steady &= (force[:, 2] <= small) | _turns_little(slip)
             if against or height.min() < -_SUNK:
-                return f"corner {k + 1} of box {i} " + (against or f"is {-height.min():.2g} m below its plane")
+                return f"corner {k + 1} of box {i} " + (
+                    against or f"is {-height.min():.2g} m below its plane"
+                )
             acts = force if i == 0 else motion.turns[i - 1].apply(force)
             for j, sign in ((i, 1.0), (i - 1, -1.0)) if i else ((i, 1.0),):
                 forces[j] += sign * acts
@@ -205,7 +207,8 @@ def objection(run, loaded: Loaded, allowed: float) -> str:
             mean = (given[:-2] + 4.0 * given[1:-1] + given[2:]) / 6.0  # Simpson's rule
             off = np.abs(mean - (has[2:] - has[:-2]) / (2.0 * step[:, None])).max(axis=1) * even
             if off.max() > most:
-                return f"{what} of box {i}: {off.max() / most * allowed:.2g} of the weight beside forces at {run.t[1 + off.argmax()]:.6g} s"
+                share, moment = off.max() / most * allowed, run.t[1 + off.argmax()]
+                return f"{what} of box {i} by {share:.2g} of the weight beside forces at {moment:.6g} s"
     return _of_events(run, loaded)
 
 

@@ -18,7 +18,7 @@ MODULES = (
     "broken_forces", "spans", "events", "cuts", "random_models", "long_runs", "energy", "partition",
     "error_growth", "sizes", "jumped_over", "hostile", "messages", "plates", "ensembles", "saturated", "weak_friction",
     "company", "hostile_stores", "at_once", "elements", "kinks", "curves", "drifts", "wound",
-    "noises", "tyres", "lagrangians", "turning_springs",
+    "noises", "tyres", "lagrangians", "turning_springs", "loaded_boxes",
 )  # fmt: skip
 
 
