@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symgen.runtime.errors import ContactError
-from symgen.runtime.event_actions import EventRecord, ResetError, tell
+from symgen.runtime.event_actions import EventRecord, ResetError, end_message, tell
 from symgen.runtime.exchange import energy_error_so_far
 from symgen.runtime.failures import failure_message
 from symgen.runtime.integrate import layout as at
@@ -470,7 +470,7 @@ class Run(RunState):
         self._report_events(records)
         if terminate:
             ended_by = next(record.name for record in records if record.action == "terminate")
-            self._end("terminated", f"Event {ended_by!r} ended the run at t = {arrays.t:.9g} s.")
+            self._end("terminated", end_message(self.system, ended_by, arrays.t))
             return False
         if accumulation is not None:
             self._pile_up(records[0].name, accumulation)

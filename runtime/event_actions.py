@@ -376,6 +376,12 @@ class _Rows(Sequence):
         )  # fmt: skip
 
 
+def end_message(system: System, name: str, t: float) -> str:
+    """Return what is said of a run that an event ended, with its reason where the event has one."""
+    says = next((event.get("says", "") for event in system.events if event["name"] == name), "")
+    return f"Event {name!r} ended the run at t = {t:.9g} s" + (f": {says}." if says else ".")
+
+
 class EventActions:
     """Acts on the events of one run and keeps their log.
 
@@ -504,6 +510,8 @@ class EventActions:
                 remedy = "let the force follow a state that measures with a time constant"
                 if " leaves the table " in says:
                     remedy = "begin inside, or let the table hold or extend its values outside"
+                elif self.system.events[k]["name"].rstrip("0123456789").endswith("_edges"):
+                    remedy = "begin with them apart"
                 raise RuntimeModelError(f"model {self.system.name!r} starts where {says}: {remedy}")
 
     def _arm(

@@ -13,6 +13,8 @@ from symgen.runtime.checks.companion import tell_closed
 from symgen.runtime.contact import circles
 from symgen.runtime.contact.onset import onset_directions
 from symgen.runtime.contact.settings import Layout
+from tests.stress.loaded_boxes import draw, judge
+from tests.stress.scenario import RIGHT
 
 G = 9.81
 
@@ -225,3 +227,21 @@ def test_of_corners_that_could_share_a_load_the_one_to_which_it_moves_bears_and_
     p = np.zeros_like(run.p)
     tell_closed(run, float(run.t[-1]), p)
     assert (p[system.settings_of_switches][Layout(system).closed] == closed).all()
+
+
+@pytest.mark.parametrize(
+    ("kind", "number"),
+    [
+        # All corners were asked anew where one bore nothing any more: forces jumped, and did so without end.
+        ("turned", 1),
+        pytest.param("turned", 5, marks=pytest.mark.slow),
+        # A corner at its limit stuck while others began to slide.
+        pytest.param("turned", 11, marks=pytest.mark.slow),
+        # The end of an aim was taken for that of sliding.
+        pytest.param("stack", 1, marks=pytest.mark.slow),
+        # Aims held what friction could not hold, without a word.
+        pytest.param("tall", 3, marks=pytest.mark.slow),
+    ],
+)
+def test_boxes_under_loads_move_by_the_laws_of_contact(kind, number):
+    assert judge(draw(1, kind, number), "dop853")[0] == RIGHT

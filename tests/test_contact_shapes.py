@@ -21,6 +21,7 @@ from symgen.errors import ModelError
 from symgen.link import derive_text
 from symgen.model.toml_reader import read_text
 from symgen.runtime import load, solve
+from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.recording.resume import Resumed
 from symgen.runtime.recording.verify import verify
 from tests.falling_bodies import Fall, box_corners, rotation, write_hull
@@ -690,6 +691,25 @@ def test_a_mesh_tumbles_on_a_solid_as_newton_and_euler_say(first, table, tmp_pat
     own = [e for e in run.events if e.action == "impact"][:4]
     np.testing.assert_allclose([e.t for e in own], [t for t, _ in found], rtol=1e-8)
     np.testing.assert_allclose(own[-1].v_after, after[7:], rtol=1e-5, atol=1e-6)
+
+
+@pytest.mark.parametrize("stiffness", [None, 1e5])
+@pytest.mark.parametrize(
+    ("shape", "least"), [({"box": [0.4, 0.4, 0.1]}, 0.05), ({"capsule": [0.05, 0.4]}, 0.05)]
+)
+def test_where_a_surface_comes_up_between_corners_a_run_ends_with_that_reason(shape, least, stiffness):
+    """A box came to rest on its corners, with the top of a hill through its bottom, and nothing was said."""
+    lies = (np.cos(np.pi / 4), 0, np.sin(np.pi / 4), 0) if "capsule" in shape else (1, 0, 0, 0)
+    m = Model("hill", gravity=(0, 0, "-9.81 m/s^2"))
+    free_body(m, "body", shape, (0, 0, 0.2, *lies))
+    m.contact("ground", body="body", height="-0.5*here_x**2 - 0.5*here_y**2", stiffness=stiffness)
+    system = m.derive()
+    run = system.run(t_end=1.0, method="dop853")
+    share = 1e-3 if stiffness is None else 0.05
+    assert run.status == "terminated" and "the surface comes up between" in run.message
+    assert run.t[-1] == pytest.approx(np.sqrt(2 * (0.15 + share * least) / G), rel=1e-6)
+    with pytest.raises(RuntimeModelError, match=r"comes up between .* begin with them apart"):
+        system.run(t_end=0.1, start={"body_free_z": 0.04})
 
 
 @pytest.mark.parametrize("first", [True, False])

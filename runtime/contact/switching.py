@@ -38,6 +38,7 @@ _ANY_ANGLE, _ANY_SPEED = 1e9, 1e150
 _CLEARLY, _AT_BOUND = 2.0, 1e-6  # times the speed from which on fixed steps let a friction turn
 _AT_THE_LIMIT = 1e-6  # of the accelerations that forces balance: as large as errors of the event that told so
 _SAME_WAY = 0.9  # cosine of the angle between two answers to the same question
+_ASTRAY = 2.0  # times the angle that an aim lasts for: the force across it is not that of an aim
 _OFF_AIM = 1e-6  # of the speed along an aim: what goes across beyond that has another direction
 
 
@@ -368,9 +369,13 @@ class Holding(LoneFriction):
             ways = self._onset_in_plane(here, acting, sticks, own, pulled, undecided)
             near = together(np.abs(pulled)) <= _AT_THE_LIMIT * together(here.sizes_of_free[self.n_stops :])
             able = np.where(waiting, np.where(near, able, -1.0), 0.0)
-            held = np.concatenate([acting[: self.n_stops], sticks])
-            self._turn_together(here.compliance, load, held, begins, able, ways)
-            onset = np.where(begins, ways, onset)
+            # What is at the limit as well sticks only where the motion of all that are leaves it at rest.
+            of_all = begins | (undecided & bears & self._in_circles)
+            for which in [of_all, begins] if (of_all & sticks).any() else [begins]:
+                held = np.concatenate([acting[: self.n_stops], sticks & ~which])
+                if self._turn_together(here.compliance, load, held, which, able, ways):
+                    break
+            sticks, onset = sticks & ~which, np.where(which, ways, onset)
         return sticks, onset
 
     def _soon(
@@ -456,8 +461,10 @@ class Holding(LoneFriction):
         begins: np.ndarray,
         able: np.ndarray,
         ways: np.ndarray,
-    ) -> None:
+    ) -> bool:
         """Change directions of sliding in planes to those that fit to each other, and to what sticks.
+
+        Returns whether there are such; without, only those that what sticks leaves one direction are changed.
 
         Parameters
         ----------
@@ -483,11 +490,13 @@ class Holding(LoneFriction):
                 ways[pair] = only * np.sign(only @ ways[pair] or 1.0)
         able = able[pairs[:, 0]]
         if (able < 0.0).any() or not (able > 0.0).any():
-            return
+            return False
         found = onset_directions(compliance, load, held, self.n_stops + pairs, able)
         # What takes nothing yet follows the motion of the others.
-        if found is not None and (np.einsum("kr,kr->k", found, ways[pairs]) > _SAME_WAY)[able > 0.0].all():
-            ways[pairs] = np.where(found.any(axis=1)[:, None], found, ways[pairs])
+        if found is None or not (np.einsum("kr,kr->k", found, ways[pairs]) > _SAME_WAY)[able > 0.0].all():
+            return False
+        ways[pairs] = np.where(found.any(axis=1)[:, None], found, ways[pairs])
+        return True
 
     def _weak(
         self, here: LocalDynamics, touching: np.ndarray, forces: np.ndarray, accelerations: np.ndarray
@@ -509,20 +518,25 @@ class Holding(LoneFriction):
         """Return what `_landed` does, and which stops are left out because others bear the load.
 
         Where something slides, how a load is shared, which rigid bodies leave open, tells how much it rubs where, and
-        so the motion. It is borne by the stops that bear it already, all but those `left`, as long as these can.
+        so the motion. It is borne by the stops that bear it already, all but those `left`, as long as these can; then
+        others take the place of those of them that bear nothing any more, so that forces do not jump.
         """
         if not (self._coupled & self._pressed(touching) & ~still).any():
             return *self._landed(here, touching, still, levels), np.zeros_like(touching)
-        small = UNDECIDED * here.sizes_of_free
-        for out in [left, np.zeros_like(left)] if left.any() else [left]:
+        small, none = UNDECIDED * here.sizes_of_free, np.zeros_like(left)
+        tries = [left, none] if left.any() else [none]
+        while tries:
+            out = tries.pop(0)
             try:
                 landed, forces, _ = self._landed(here, touching & ~out, still, levels)
             except ContactError:
-                if out.any():
+                if tries:
                     continue
                 raise
             if not ((here.free + here.compliance @ forces < -small)[: self.n_stops] & out).any():
                 break
+            if out is left and (idle := landed & ~self._press(here, forces)).any():
+                tries.insert(0, idle)
         few = self._borne_by_few(here, np.concatenate([landed, still]), levels, forces, same_motion=False)
         return landed | out, few, levels.at(here, few), out | ((forces > 0.0) & ~(few > 0.0))[: self.n_stops]
 
@@ -921,7 +935,7 @@ class Switching(Holding):
         blown = np.concatenate([struck & self._closing(here), np.zeros(self.n - self.n_stops, dtype=bool)])
         if self.has_frictions:
             fired_frictions = self._of_either(is_fired[self.n_stops :])
-            came_to_rest = fired_frictions & self._came_to_rest(here) & ~self._under_way(here)
+            came_to_rest = fired_frictions & self._came_to_rest(here) & ~self._aims_ended(is_fired)
             if came_to_rest.any():
                 came_to_rest |= self._almost_at_rest(here)
             sticking = self.stuck & ~self.aimed
@@ -1029,14 +1043,11 @@ class Switching(Holding):
                 return ""
         return ""
 
-    def _under_way(self, here: LocalDynamics) -> np.ndarray:
-        """Which frictions have come to the speed at which their aim ends."""
+    def _aims_ended(self, fired: np.ndarray) -> np.ndarray:
+        """Which frictions slide on, however slowly: of those aimed the second event fired, not that of their rest."""
         found = np.zeros_like(self.aimed)
-        if not self.aimed.any():
-            return found
-        along = here.turned(self.layout.turned(self.senses, self.aimed)).speeds[self.n_stops :]
-        for (i, j), bound in zip(self.layout.circles, self._aims[:, 1], strict=True):
-            found[[i, j]] = self.aimed[i] and along[i] >= bound * (1.0 - _AT_BOUND)
+        for i, j in self.layout.circles:
+            found[[i, j]] = self.aimed[i] and not fired[self.n_stops + i]
         return found
 
     def _a_step_ahead(self) -> LocalDynamics:
@@ -1119,7 +1130,25 @@ class Switching(Holding):
         nq, n = self.system.nq, self.system.nq + self.system.nv
         here = here.turned(self.layout.turned(self.senses, self.aimed)) if self.aimed.any() else here
         self.arrays.y[nq:n] += here.holding(held, here.speeds)
+        if self.aimed.any() and not self.arrays.fixed_step:
+            self._turn_what_is_led_astray()
         return self.closed & rising & impacted
+
+    def _turn_what_is_led_astray(self) -> None:
+        """Let what slides along an aim turn with the motion where friction would not hold the speed across it.
+
+        No event would tell: the force is beyond its limit already.
+        """
+        self.write()
+        rows = self.layout.circles[:, 0]
+        astray = self.aimed[rows] & (np.abs(self._forces_across()) > _ASTRAY * self._aims[:, 0])
+        if not astray.any():
+            return
+        slides = self._sliding(self._here())[rows] > 0.0
+        if not slides[astray].all():
+            raise self._without_direction(rows[self.aimed[rows]])
+        for i, j in self.layout.circles[astray]:
+            self.aimed[[i, j]], self.turning[[i, j]], self.stuck[j] = False, True, False
 
     def _decide_on_stops(self, near: np.ndarray, struck: np.ndarray, dead: np.ndarray) -> None:
         """Do as `_decide_once` where there are no frictions."""

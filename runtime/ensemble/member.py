@@ -18,7 +18,7 @@ from symgen.runtime.ensemble.slots import COLUMN
 from symgen.runtime.ensemble.switched import SwitchedBatch, make_batch
 from symgen.runtime.ensemble.verdict import CAUSES
 from symgen.runtime.errors import RuntimeModelError
-from symgen.runtime.event_actions import EventLog
+from symgen.runtime.event_actions import EventLog, end_message
 from symgen.runtime.exchange import Exchange, energy_limit
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate import plain_events
@@ -111,7 +111,7 @@ def _solution(
     word = "success" if status == at.REACHED_STOP else "failed"
     last = log[-1] if len(log) else None
     if word == "success" and last is not None and last.action == "terminate":
-        word, message = "terminated", f"Event {last.name!r} ended the run at t = {last.t:.9g} s."
+        word, message = "terminated", end_message(system, last.name, last.t)
     if (
         system.nw
         and not len(log)

@@ -46,6 +46,22 @@ class Block:
                 place = moved(place, axis, product([side, half]))
             yield place, sides
 
+    def middles(self) -> Iterator[Vector]:
+        """Those of its edges and sides."""
+        for sides in itertools.product(
+            (algebra.NEGATIVE_ONE, algebra.ZERO, algebra.ONE), repeat=len(self.halves)
+        ):
+            if algebra.ZERO in sides and any(side != algebra.ZERO for side in sides):
+                place = self.place
+                for side, axis, half in zip(sides, self.axes, self.halves, strict=True):
+                    place = place if side == algebra.ZERO else moved(place, axis, product([side, half]))
+                yield place
+
+    @property
+    def least(self) -> algebra.Expr:
+        """The least half edge."""
+        return reduce(smaller, self.halves)
+
 
 @dataclass(frozen=True)
 class Meeting:
@@ -101,13 +117,13 @@ class Boxes:
         apart = reduce(_larger, self.sides_apart)
         if len(self.a.halves) == 3:
             apart = _larger(apart, reduce(_larger, self.edges_apart))
-        pressed = negated(reduce(_smaller, gaps, algebra.ZERO))
+        pressed = negated(reduce(smaller, gaps, algebra.ZERO))
         return total([apart, pressed, product([share, self.least])])
 
     @cached_property
     def least(self) -> algebra.Expr:
         """The least half edge of both."""
-        return self.define(reduce(_smaller, (*self.a.halves, *self.b.halves)))
+        return self.define(reduce(smaller, (*self.a.halves, *self.b.halves)))
 
     @cached_property
     def sides_apart(self) -> list[algebra.Expr]:
@@ -185,9 +201,9 @@ class Boxes:
         return self.define(_larger(x, negated(x)))
 
 
-def _smaller(x: algebra.Expr, y: algebra.Expr) -> algebra.Expr:
+def smaller(x: algebra.Expr, y: algebra.Expr) -> algebra.Expr:
     return smooth_minimum(x, y, evaluate=False)
 
 
 def _larger(x: algebra.Expr, y: algebra.Expr) -> algebra.Expr:
-    return negated(_smaller(negated(x), negated(y)))
+    return negated(smaller(negated(x), negated(y)))

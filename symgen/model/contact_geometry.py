@@ -14,12 +14,13 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import reduce
 from pathlib import Path
 from typing import Any
 
 from ..errors import ModelError
 from . import algebra
-from .boxes import RIGID_SHARE, SOFT_SHARE, Block, Boxes, Meeting
+from .boxes import RIGID_SHARE, SOFT_SHARE, Block, Boxes, Meeting, smaller
 from .contact_pairs import solids_of
 from .convex import MOST_LOOKED_AT, Convex, Solids, looked_at
 from .crossing_edges import CrossingEdges
@@ -91,11 +92,7 @@ def write_pairs(writer: Writer, d: Description, sources: Sources) -> Written:
         touches = geometry.touches()
         for k, crossed in enumerate(geometry.crossed, 1):
             name = f"{pair.name}_edges" + (str(k) if len(geometry.crossed) > 1 else "")
-            says = f"edges of {pair.body} and {pair.other} cross, which touch with their corners only"
-            if geometry.has_edges:
-                says = (
-                    f"{pair.body} and {pair.other} are deeper in each other than their corners and edges tell"
-                )
+            says = _says_of_crossed(pair, geometry.has_edges)
             made.events.append(Event(name, crossed, "falling", "terminate", says=says))
         for k, touch in enumerate(touches, 1):
             name = pair.name if len(touches) == 1 else f"{pair.name}_{k}"
@@ -105,6 +102,16 @@ def write_pairs(writer: Writer, d: Description, sources: Sources) -> Written:
             taken.add(name)
             _write(writer, pair, name, touch, made)
     return made
+
+
+def _says_of_crossed(pair: ContactPair, has_edges: bool) -> str:
+    """What a run says that ends where bodies are in each other unnoticed, and what to do about it."""
+    if pair.other is None:
+        where = f"the surface comes up between the places with which {pair.body} touches it"
+        return f"{where}, its corners or ends (give the contact a 'shape' of several spheres)"
+    if has_edges:
+        return f"{pair.body} and {pair.other} are deeper in each other than their corners and edges tell"
+    return f"edges of {pair.body} and {pair.other} cross, which touch with their corners only"
 
 
 def _write(writer: Writer, pair: ContactPair, name: str, touch: Meeting, made: Written) -> None:
@@ -163,8 +170,10 @@ class _Geometry:
         if pair.other is None:
             balls = [ball for part in own for ball in _balls(part)]
             self._bound(len(balls))
-            on = self._on_plane if pair.height is None else self._on_surface
-            return [on(ball) for ball in balls]
+            if pair.height is None:
+                return [self._on_plane(ball) for ball in balls]
+            self.crossed += [self._between_corners(part) for part in own if not isinstance(part, Ball)]
+            return [self._on_surface(ball) for ball in balls]
         others = self._parts(pair.other, pair.other_shapes, "other_shape")
         found = [touch for a, b in itertools.product(own, others) for touch in self._between(a, b)]
         self._bound(len(found))
@@ -250,6 +259,16 @@ class _Geometry:
         foot = surface.ball(ball.place, ball.radius)
         place = moved(ball.place, foot.normal, negated(ball.radius))
         return Meeting(difference(foot.away, ball.radius), place, foot.tangents)
+
+    def _between_corners(self, part: Any) -> algebra.Expr:
+        """What falls to zero where a surface comes up between what touches it, by middles of edges and sides."""
+        touching, middles = (
+            [self._on_surface(ball).gap for ball in find(part)] for find in (_balls, _middles)
+        )
+        share = RIGID_SHARE if self.pair.stiffness is None else SOFT_SHARE
+        pressed = negated(reduce(smaller, touching, algebra.ZERO))
+        least = part.radius if isinstance(part, Rod) else part.least
+        return total([reduce(smaller, middles), pressed, product([share, least])])
 
     def _between(self, a: Any, b: Any) -> Iterator[Meeting]:
         """The shapes of two bodies."""
@@ -422,6 +441,17 @@ def _balls(part: Any) -> list[Ball]:
         return part.ends
     corners = part.corners() if isinstance(part, Convex) else (place for place, _ in part.corners())
     return [Ball(place, algebra.ZERO) for place in corners]
+
+
+def _middles(part: Any) -> list[Ball]:
+    """Points between those that touch a plane, which come first where a surface is curved: of edges and sides."""
+    if isinstance(part, Rod):
+        return [Ball(part.place, part.radius)]
+    if isinstance(part, Block):
+        return [Ball(place, algebra.ZERO) for place in part.middles()]
+    corners = part.corners()
+    pairs = (zip(corners[j], corners[k], strict=True) for j, k in part.edges)
+    return [Ball([product([HALF, total([x, y])]) for x, y in pair], algebra.ZERO) for pair in pairs]
 
 
 def _named(part: Any) -> str:
