@@ -1,9 +1,9 @@
 """Events of free motion in lanes: what `integrate/after_step.py` and `integrate/plain_events.py` do of them.
 
-A step is looked at in the places of a single run's, part by part as there. Where an event function changes its side, its lane's step ends
-there and the state is reset; where one may have touched zero in between, the step is taken again at half its length.
-What needs more thought (two events at one instant, a function that goes on touching zero, resets that pile up) makes
-the member leave its lane, for a run of its own.
+A step is looked at in the places of a single run's, part by part as there. Where an event function changes its side,
+its lane's step ends there and the state is reset; where one may have touched zero in between, the step is taken again
+at half its length. What needs more thought (two events at one instant, a function that goes on touching zero, resets
+that pile up) makes the member leave its lane, for a run of its own.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ from symgen.runtime.integrate.loop import all_finite, copy
 
 # Addresses: those behind FIRST_RESET are the kernels of resets, in the order of the events; 0 for other actions.
 ADVANCE, EVENTS, RHS, ENERGY, MASS, FORCES, SWITCHES, JACOBIAN, RESIDUAL, GAMMA, FIRST_RESET = range(11)
-RECORDS, RESETS, TERMINATES = range(3)  # what an event of the model's own does
+RECORDS, RESETS, TERMINATES, BY_PYTHON = range(4)  # what an event of the model's own does
 # What becomes of an event.
 ACTED, NOT_PLAIN, PILES_UP, ENDS = range(4)
 ZENO = 10  # status of `advance_over_events`: acted on, and events pile up at `sums[ACCUMULATION]`
@@ -179,6 +179,8 @@ def act(loop, after):
         return NOT_PLAIN
     if event < n_own and after.actions[event] == TERMINATES:
         return ENDS
+    if event < n_own and after.actions[event] == BY_PYTHON:
+        return NOT_PLAIN
     n = loop.sizes[at.NQ] + loop.sizes[at.NV]
     copy(loop.y[:n], after.before)
     call_kernel(after.addresses[EVENTS], loop.control[at.T], loop.y, loop.p, after.values)
@@ -193,8 +195,6 @@ def act(loop, after):
     energy = total_energy(loop, after)
     against = False
     if event < n_own:
-        if after.constraints.shape[0] > 0:
-            return NOT_PLAIN  # they may be left where a reset leads
         against = moves_against(event, loop, after)
         for k in range(n):
             after.moved[k] = 0.0
