@@ -316,23 +316,21 @@ def test_impacts_beside_constraints(monkeypatch, method):
 
 TUMBLING = """
 name = "tumbling"
-[joints.float]
-kind = "free"
-child = "stone"
-[joints.float.start]
-q1 = 0.3
-wx = 0.1
-wy = 2
-wz = 0.3
 [bodies.stone]
 mass = 2
-inertia = { Ixx = 1, Iyy = 2, Izz = 3 }
+com = [0, 0, 0]
+inertia = [1, 2, 3]
+[joints.turn]
+type = "spherical"
+parent = "world"
+child = "stone"
+rate = [0.1, 2, 0.3]
 [events.turned]
-when = "float.q1"
+when = "turn_qy"
 then = "record"
 [events.spun]
-when = "float.wz - 1/10"
-then = { reset = { "float.wz" = "float.wz + 1/100" } }
+when = "turn_wz - 1/10"
+then = { reset = { "turn_wz" = "turn_wz + 1/100" } }
 """
 RECORDED = (
     PENDULUM[: PENDULUM.index("[stops.wall]")]
