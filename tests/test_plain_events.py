@@ -324,13 +324,13 @@ inertia = [1, 2, 3]
 type = "spherical"
 parent = "world"
 child = "stone"
-rate = [0.1, 2, 0.3]
+rate = [1, 8, 1.2]
 [events.turned]
 when = "turn_qy"
 then = "record"
 [events.spun]
-when = "turn_wz - 1/10"
-then = { reset = { "turn_wz" = "turn_wz + 1/100" } }
+when = "turn_wx"
+then = { reset = { "turn_wz" = "1.01*turn_wz" } }
 """
 RECORDED = (
     PENDULUM[: PENDULUM.index("[stops.wall]")]
