@@ -431,7 +431,7 @@ class EventActions:
         switched = fired[fired >= n_own] - n_own
         if self.switching is not None and (len(switched) or reset):
             before = self.switching.phases
-            records += self._switch(switched)
+            records += self._switch(switched, is_reset=reset)
             # The event of what was closed or let go is another function now, and not at its zero.
             same = (before == self.switching.phases).all(axis=1)
             fired = fired[(fired < n_own) | same[np.maximum(fired - n_own, 0)]]
@@ -663,12 +663,12 @@ class EventActions:
         call_kernel(np.uint64(kernel.precomputed_address), arrays.t, arrays.y, arrays.precomputed, values)
         return self.switching.is_untouched(values[len(values) - len(self.system.switches) :])
 
-    def _switch(self, switched: np.ndarray) -> list[EventRecord]:
+    def _switch(self, switched: np.ndarray, *, is_reset: bool = False) -> list[EventRecord]:
         """Settle stops and frictions; the energy of the instant is noted with the first of them."""
         arrays, nq, n = self.arrays, self.system.nq, self.system.nq + self.system.nv
         before, energy = arrays.y[:n].copy(), self.energy()
         work = arrays.y[n] + self.energy_of_resets if self.system.nw else math.nan
-        actions = self.switching.act(switched)
+        actions = self.switching.act(switched, is_reset=is_reset)
         after, change = arrays.y[:n].copy(), self.energy() - energy
         self.energy_of_resets += change
         self._check_forces()

@@ -15,6 +15,7 @@ from symgen.runtime import frictions_in_code, jumps_in_code, load
 from symgen.runtime.constraints.levels import Constraints, coordinate_sizes
 from symgen.runtime.constraints.size_code import fit_sizes, make_sizing
 from symgen.runtime.contact.lone_friction import LoneFriction
+from symgen.runtime.contact.settings import Layout
 from symgen.runtime.contact.switching import Switching
 from symgen.runtime.driver import Run
 from symgen.runtime.inputs import Controller, Polynomial, Table
@@ -246,6 +247,53 @@ def test_a_pull_that_begins_in_the_last_digits_behind_an_impact_opens_the_stop(m
         run = model.run(2.0, method=method, inputs={"u": table})
         assert run.states[-1][0] == pytest.approx(0.5 * 10.19 * (2.0 - begins) ** 2, rel=1e-9)
         assert run.ok
+
+
+ARM = """
+name = "arm"
+[parameters]
+f1 = 1.9
+f2 = 1.0
+[coordinates]
+a = { start = 0.5 }
+b = { start = -0.3 }
+[energy]
+kinetic = "1.5*dot(a)^2 + dot(b)^2/2 + 0.6*dot(a)*dot(b)*cos(a - b)"
+potential = "-1.5*cos(a) - 0.5*cos(b)"
+[forces]
+a = "3*sin(t)"
+b = "1.5*sin(1.7*t + 1)"
+[friction.shoulder]
+coordinate = "a"
+force = "f1"
+static = "1.2*f1"
+[friction.elbow]
+coordinate = "b"
+force = "f2"
+"""
+HELD_TOGETHER = {
+    "frictions": ARM,
+    "stop": ARM + '[stops.low]\ngap = "b + 0.1*a + 0.6"\nrestitution = 0.3\n',
+    "reset": ARM
+    + '[events.kick]\nwhen = "b - 0.2"\ndirection = "rising"\nthen = { reset = { "dot(b)" = "0.8*dot(b)" } }\n',
+}
+
+
+@pytest.mark.parametrize("kind", HELD_TOGETHER)
+def test_what_is_held_and_moves_each_other(monkeypatch, kind):
+    """Inertia ties the joints of an arm: what one friction takes when it sticks or slips, the other feels."""
+    model = system(HELD_TOGETHER[kind])
+    by_python, in_code, acted = both(monkeypatch, model, 60.0, method="dop853", rtol=1e-10, atol=1e-12)
+    told = [(event.name, event.action) for event in in_code.events]
+    assert told == [(event.name, event.action) for event in by_python.events]
+    assert in_code.forms.settings[:, Layout(model).stuck].all(axis=1).any()  # both stick now and then
+    assert len(told) > 50 and len(acted) <= 4
+    times = [[event.t for event in run.events] for run in (in_code, by_python)]
+    np.testing.assert_allclose(*times, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(in_code.states, by_python.states, rtol=0, atol=1e-8)
+    np.testing.assert_array_equal(in_code.forms.index, by_python.forms.index)
+    np.testing.assert_array_equal(in_code.forms.settings, by_python.forms.settings)
+    assert in_code.ok == by_python.ok
 
 
 def test_jumps_beside_what_is_held_far_from_letting_go_are_not_settled_in_full(monkeypatch):

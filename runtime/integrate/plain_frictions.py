@@ -81,6 +81,9 @@ NOT_KNOWN, GOES_ON, OTHER_SETTINGS, GOES_ON_AS_IT_WAS, PILES_UP = range(5)
 # As in `contact/instant.py`, `event_actions.py`.
 UNDECIDED, BALANCED, ROUNDED, LIMIT_ROUNDED, LITTLE = 1e-9, 1e-6, 1e-13, 1e-10, 1e-7
 CHANGES = 1e-11  # as in `contact/switching.py`: of the largest acceleration, in a moment, more than round-off
+# In `acting`: no part; a force that balances; a friction that takes all it can, and slides. TRIES: for each of them.
+NO_PART, BALANCES, AT_LIMIT = range(3)
+TRIES = 4
 ANGLE = -1  # in `groups`: a coordinate whose size is 1
 
 
@@ -351,21 +354,18 @@ def find_events_ahead(dt, loop, own):
 
 @jitted
 def stay_held(loop, own):
-    """Whether all that is held stays so behind a reset which has not moved it; takes what is left of its speeds."""
-    n_stops, t = own.closed.shape[0], loop.control[at.T]
+    """Hold on behind a reset which has not moved what is held; whether that is so, and clear."""
+    n_stops = own.closed.shape[0]
     for k in range(own.speeds.shape[0]):
         if is_held(k, own) and not abs(own.speeds[k]) <= slow(k, loop, own):
             return False
         # Gaps are in `switches` since it was looked which are open.
         if k < n_stops and is_held(k, own) and not abs(own.switches[2 * k]) <= gap_tolerance(k, loop, own):
             return False
-    if not find_dynamics(t, loop.y, loop, own):
-        return False
-    take_part(-1, own)
-    if not find_forces(own) or not are_clear(-1, t, loop.y, loop, own):
+    if not hold_on(loop, own):
         return False
     bring_to_rest(loop, own)
-    return can_be_held(loop, own)
+    return others_are_free(-1, own) or can_be_held(loop, own)
 
 
 @jitted
@@ -540,10 +540,7 @@ def settle_among_others(k, was_stuck, sense, loop, own):
     if not math.isfinite(onset) or (onset == 0.0 and was_stuck):
         return False
     own.p[own.stuck[k]], own.p[own.sense[k]] = 1.0 if onset == 0.0 else 0.0, onset
-    if not find_dynamics(loop.control[at.T], loop.y, loop, own):
-        return False
-    take_part(-1, own)  # what begins to slide has its sliding friction, which the others must bear
-    if not find_forces(own) or not are_clear(-1, loop.control[at.T], loop.y, loop, own):
+    if not hold_on(loop, own) or (onset == 0.0 and not is_held(i, own)):
         return False
     if onset != 0.0 and not onset * acceleration(i, own) > -UNDECIDED * largest_free(i, own):
         return False
@@ -553,27 +550,25 @@ def settle_among_others(k, was_stuck, sense, loop, own):
 
 @jitted
 def onset_among_others(k, loop, own):
-    """Return in which direction a friction begins to slide, 0 where it sticks; nan where others let go, too."""
+    """Return in which direction a friction begins to slide, 0 where it sticks; nan where that is not clear."""
     i, t = own.closed.shape[0] + k, loop.control[at.T]
     take_part(i, own)
-    if not find_forces(own):
+    if not find_limited_forces(t, loop.y, loop, own):
         return math.nan
     most, force = level(k, t, loop.y, loop, own), own.force[i]
     if abs(force) < (1.0 - 2.0 * LIMIT_ROUNDED) * most:
-        return 0.0 if are_clear(i, t, loop.y, loop, own) else math.nan
-    take_part(-1, own)
-    own.force[i] = force = sign(force) * most
-    if not find_forces(own) or not are_clear(i, t, loop.y, loop, own):
-        return math.nan
+        return 0.0
     pull = acceleration(i, own)
     if abs(pull) <= UNDECIDED * largest_free(
         i, own
     ):  # at its limit, which it may be about to leave on either side
+        if not are_clear(i, t, loop.y, loop, own):
+            return math.nan
         t = look_ahead_by_forces(loop, own)
         if not find_dynamics(t, own.moved, loop, own):
             return math.nan
         take_part(i, own)
-        if not find_forces(own) or not are_clear(i, t, own.moved, loop, own):
+        if not find_limited_forces(t, own.moved, loop, own) or not are_clear(i, t, own.moved, loop, own):
             return math.nan
         most, force = level(k, t, own.moved, loop, own), own.force[i]
         if abs(force) < (1.0 - 2.0 * LIMIT_ROUNDED) * most:
@@ -582,33 +577,87 @@ def onset_among_others(k, loop, own):
 
 
 @jitted
+def hold_on(loop, own):
+    """Find the forces of all that is held, and let frictions slide that would have to take too much.
+
+    Whether that is clear: what begins to slide has its sliding friction, which the others must bear.
+    """
+    n_stops, t = own.closed.shape[0], loop.control[at.T]
+    for _ in range(own.stuck.shape[0] + 1):
+        if not find_dynamics(t, loop.y, loop, own):
+            return False
+        take_part(-1, own)
+        if not find_limited_forces(t, loop.y, loop, own):
+            return False
+        some_slip = False
+        for k in range(own.acting.shape[0]):
+            if own.acting[k] == AT_LIMIT:
+                small = 2.0 * max(rounded(k, loop.sizes[at.NV], own), UNDECIDED * largest_free(k, own))
+                onset, some_slip = -sign(own.force[k]), True
+                if not onset * acceleration(k, own) > small:
+                    return False
+                own.p[own.stuck[k - n_stops]], own.p[own.sense[k - n_stops]] = 0.0, onset
+        if not some_slip:
+            return are_clear(-1, t, loop.y, loop, own)
+    return False
+
+
+@jitted
 def take_part(i, own):
     """Mark in `acting` what is held, and one more unless it is -1; the forces of others are none."""
     for k in range(own.acting.shape[0]):
-        own.acting[k] = 1 if k == i or is_held(k, own) else 0
+        own.acting[k] = BALANCES if k == i or is_held(k, own) else NO_PART
         own.force[k] = 0.0
 
 
 @jitted
+def find_limited_forces(t, y, loop, own):
+    """Write the forces of what acts to `force`, those of frictions no larger than they can be; whether they are found.
+
+    Those at their limit are marked in `acting`; they are so as long as what they act on slides against them.
+    """
+    n_stops, n = own.closed.shape[0], own.acting.shape[0]
+    for _ in range(TRIES * n):
+        if not find_forces(own):
+            return False
+        worst, most = -1, 0.0
+        for k in range(n_stops, n):
+            if own.acting[k] == BALANCES:
+                beyond = abs(own.force[k]) - level(k - n_stops, t, y, loop, own)
+                if own.compliance[k, k] * beyond > most:
+                    worst, most = k, own.compliance[k, k] * beyond
+        if worst >= 0:
+            own.force[worst] = sign(own.force[worst]) * level(worst - n_stops, t, y, loop, own)
+            own.acting[worst] = AT_LIMIT
+            continue
+        for k in range(n_stops, n):
+            if own.acting[k] == AT_LIMIT and acceleration(k, own) * own.force[k] > 0.0:
+                own.acting[k], worst = BALANCES, k
+        if worst < 0:
+            return True
+    return False
+
+
+@jitted
 def find_forces(own):
-    """Write the forces by which what acts is not accelerated to `force`; whether they are unique.
+    """Write the forces by which what balances is not accelerated to `force`; whether they are unique.
 
     The forces of others are as `force` has them.
     """
     n, m = own.acting.shape[0], 0
     for k in range(n):
-        m += own.acting[k]
+        m += 1 if own.acting[k] == BALANCES else 0
     row = 0
     for k in range(n):
-        if own.acting[k] == 0:
+        if own.acting[k] != BALANCES:
             continue
         own.right[row], column = -own.free[k], 0
         for j in range(n):
-            if own.acting[j] == 0:
-                own.right[row] -= own.compliance[k, j] * own.force[j]
-            else:
+            if own.acting[j] == BALANCES:
                 own.gram[row * m + column] = own.compliance[k, j]
                 column += 1
+            else:
+                own.right[row] -= own.compliance[k, j] * own.force[j]
         row += 1
     if not factor(m, own.gram, DEPENDENT):
         return False
@@ -619,10 +668,10 @@ def find_forces(own):
 
 @jitted
 def spread(values, own):
-    """Write what was solved for to the places of what acts."""
+    """Write what was solved for to the places of what balances."""
     row = 0
     for k in range(own.acting.shape[0]):
-        if own.acting[k] == 1:
+        if own.acting[k] == BALANCES:
             values[k] = own.right[row]
             row += 1
 
@@ -641,8 +690,10 @@ def are_clear(but, t, y, loop, own):
     """Whether the forces of what acts, but one, are far from where it lets go: what is zero, what friction can take."""
     n_stops, nv = own.closed.shape[0], loop.sizes[at.NV]
     for k in range(own.acting.shape[0]):
-        if k == but or own.acting[k] == 0:
+        if k == but or own.acting[k] == NO_PART:
             continue
+        if own.acting[k] == AT_LIMIT:
+            return False
         left = own.force[k]
         if k >= n_stops:
             left = level(k - n_stops, t, y, loop, own) - abs(own.force[k])
@@ -657,13 +708,13 @@ def bring_to_rest(loop, own):
     """Take what is left of the speeds of what is held: `LocalDynamics.holding`; factors are those of `find_forces`."""
     nq, nv, n, m = loop.sizes[at.NQ], loop.sizes[at.NV], own.acting.shape[0], 0
     for k in range(n):
-        if own.acting[k] == 1:
+        if own.acting[k] == BALANCES:
             own.right[m] = -own.speeds[k]
             m += 1
     solve(m, own.gram, own.right)
     spread(own.force, own)
     for k in range(n):
-        if own.acting[k] == 1:
+        if own.acting[k] == BALANCES:
             for j in range(nv):
                 loop.y[nq + j] += own.response[k, j] * own.force[k]
 
@@ -768,29 +819,22 @@ def land_among_others(i, loop, own):
     """Close a stop behind a blow, or let it fly, beside what is held and moves with it; whether either is clear."""
     t, height = loop.control[at.T], gap_tolerance(i, loop, own)
     take_part(i, own)
-    if not find_forces(own):
+    if not find_limited_forces(t, loop.y, loop, own):
         return False
     pull = own.compliance[i, i] * own.force[i]
-    stays = are_clear(-1, t, loop.y, loop, own)
     take_part(-1, own)
-    if not find_forces(own):
+    if not find_limited_forces(t, loop.y, loop, own):
         return False
     fall, speed, flight = -acceleration(i, own), own.speeds[i], max(own.speeds[i], 0.0) ** 2
     least, most = flight - 2.0 * max(pull, fall) * height, flight - 2.0 * min(pull, fall) * height
-    if speed > slow(i, loop, own) and (max(pull, fall) <= 0.0 or least > PLAINLY * flight):
-        if others_are_free(-1, own):
-            return True
-        if not are_clear(-1, t, loop.y, loop, own):
+    if not (speed > slow(i, loop, own) and (max(pull, fall) <= 0.0 or least > PLAINLY * flight)):
+        if not most < -PLAINLY * flight:
             return False
-    elif stays and most < -PLAINLY * flight:
         own.p[own.closed[i]] = 1.0
-        take_part(-1, own)
-        if not find_forces(own):
-            return False
-    else:
+    if not hold_on(loop, own):
         return False
     bring_to_rest(loop, own)
-    return can_be_held(loop, own)
+    return others_are_free(-1, own) or can_be_held(loop, own)
 
 
 @jitted
@@ -852,25 +896,24 @@ def release(i, loop, own):
 @jitted
 def release_among_others(i, loop, own):
     """Open a stop whose force has come to zero, beside what is held and moves with it; whether it clearly opens."""
-    t, speed = loop.control[at.T], own.speeds[i]
+    speed = own.speeds[i]
     own.p[own.closed[i]] = 0.0
-    take_part(-1, own)
-    if not find_forces(own) or not are_clear(-1, t, loop.y, loop, own):
+    if not hold_on(loop, own):
         return False
     rise, small = acceleration(i, own), UNDECIDED * largest_free(i, own)
     if not rise > small:
+        least = CHANGES * largest_free(i, own)
         if not (abs(rise) <= small and abs(speed) <= slow(i, loop, own)):
             return False
-        least = CHANGES * largest_free(i, own)
         t = look_ahead_by_forces(loop, own)
         if not find_dynamics(t, own.moved, loop, own) or not find_forces(own):
             return False
         if not (are_clear(-1, t, own.moved, loop, own) and acceleration(i, own) - rise > least):
             return False
-        if not find_dynamics(loop.control[at.T], loop.y, loop, own) or not find_forces(own):
+        if not hold_on(loop, own):
             return False
     bring_to_rest(loop, own)
-    return can_be_held(loop, own)
+    return others_are_free(-1, own) or can_be_held(loop, own)
 
 
 @jitted
