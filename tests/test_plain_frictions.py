@@ -300,7 +300,7 @@ def test_jumps_beside_what_is_held_far_from_letting_go_are_not_settled_in_full(m
     """The same as where each jump is: most leave the wall closed and the belt rough enough."""
     model, settled, settle = system(PUSHED), [], Switching.act
     monkeypatch.setattr(
-        Switching, "act", lambda self, fired: settled.append(len(fired)) or settle(self, fired)
+        Switching, "act", lambda self, fired, **how: settled.append(len(fired)) or settle(self, fired, **how)
     )
     period = 0.05
     times = np.arange(0.0, 20.0 + period, period)

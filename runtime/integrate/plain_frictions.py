@@ -457,25 +457,6 @@ def some_rest(loop, own):
 
 
 @jitted
-def is_apart(i, loop, own):
-    """Whether what else is held has nothing to do with a row, to the last bit, and is far from letting go.
-
-    Then that stays held, whatever becomes of the row, which does what it would do if nothing were. `values` are those
-    of the events: the force of a closed stop, and what a friction that sticks could still take.
-    """
-    n, nv = own.speeds.shape[0], loop.sizes[at.NV]
-    for k in range(n):
-        if k == i or not is_held(k, own):
-            continue
-        if own.compliance[i, k] != 0.0 or own.compliance[k, i] != 0.0:
-            return False
-        small = 2.0 * max(rounded(k, nv, own), UNDECIDED * largest_free(k, own))
-        if not own.compliance[k, k] * own.values[own.values.shape[0] - n + k] > small:
-            return False
-    return True
-
-
-@jitted
 def write_settings(values, own):
     """Write which frictions stick, in which directions they slide, and which stops are closed."""
     n = own.stuck.shape[0]
@@ -513,7 +494,7 @@ def settle(k, loop, own):
         return False
     if not own.compliance[i, i] > LED * alone(i, nv, own):
         return False
-    if not is_apart(i, loop, own):
+    if not others_are_free(i, own):
         return settle_among_others(k, was_stuck, sense, loop, own)
     speed, compliance = own.speeds[i], own.compliance[i, i]
     for j in range(nv):
@@ -538,6 +519,8 @@ def settle_among_others(k, was_stuck, sense, loop, own):
     i = own.closed.shape[0] + k
     onset = onset_among_others(k, loop, own)
     if not math.isfinite(onset) or (onset == 0.0 and was_stuck):
+        return False
+    if not let_slip(i, loop, own):
         return False
     own.p[own.stuck[k]], own.p[own.sense[k]] = 1.0 if onset == 0.0 else 0.0, onset
     if not hold_on(loop, own) or (onset == 0.0 and not is_held(i, own)):
@@ -582,24 +565,32 @@ def hold_on(loop, own):
 
     Whether that is clear: what begins to slide has its sliding friction, which the others must bear.
     """
-    n_stops, t = own.closed.shape[0], loop.control[at.T]
+    t = loop.control[at.T]
     for _ in range(own.stuck.shape[0] + 1):
         if not find_dynamics(t, loop.y, loop, own):
             return False
         take_part(-1, own)
         if not find_limited_forces(t, loop.y, loop, own):
             return False
-        some_slip = False
-        for k in range(own.acting.shape[0]):
-            if own.acting[k] == AT_LIMIT:
-                small = 2.0 * max(rounded(k, loop.sizes[at.NV], own), UNDECIDED * largest_free(k, own))
-                onset, some_slip = -sign(own.force[k]), True
-                if not onset * acceleration(k, own) > small:
-                    return False
-                own.p[own.stuck[k - n_stops]], own.p[own.sense[k - n_stops]] = 0.0, onset
-        if not some_slip:
-            return are_clear(-1, t, loop.y, loop, own)
+        if are_clear(-1, t, loop.y, loop, own):
+            return True
+        if not let_slip(-1, loop, own):
+            return False
     return False
+
+
+@jitted
+def let_slip(but, loop, own):
+    """Let all frictions at their limit slide, but one; whether it is clear that they do."""
+    n_stops = own.closed.shape[0]
+    for k in range(n_stops, own.acting.shape[0]):
+        if k != but and own.acting[k] == AT_LIMIT:
+            small = 2.0 * max(rounded(k, loop.sizes[at.NV], own), UNDECIDED * largest_free(k, own))
+            onset = -sign(own.force[k])
+            if not onset * acceleration(k, own) > small:
+                return False
+            own.p[own.stuck[k - n_stops]], own.p[own.sense[k - n_stops]] = 0.0, onset
+    return True
 
 
 @jitted
@@ -769,8 +760,8 @@ def strike(i, loop, own):
     nq, nv, t = loop.sizes[at.NQ], loop.sizes[at.NV], loop.control[at.T]
     if not find_dynamics(t, loop.y, loop, own) or not are_open(i, loop, own):
         return False
-    apart = is_apart(i, loop, own)
-    if not apart and some_closed_share(i, own):
+    is_alone = others_are_free(i, own)
+    if some_closed_share(i, own):
         return False
     closing, restitution = own.speeds[i], own.switches[2 * i + 1]
     if not (closing < 0.0 and 0.0 <= restitution <= 1.0) or not own.compliance[i, i] > LED * alone(
@@ -781,11 +772,10 @@ def strike(i, loop, own):
     for j in range(nv):
         loop.y[nq + j] += own.response[i, j] * impulse
     find_rows(t, loop.y, own)
-    if not apart:
-        tear_off(loop, own)
+    tear_off(loop, own)
     if not slide(-1, loop, own) or not find_dynamics(t, loop.y, loop, own):
         return False
-    if not apart:
+    if not is_alone:
         return land_among_others(i, loop, own)
     # Whether it opens so far that the run sees it: `Holding._landed`.
     free, speed = own.free[i], own.speeds[i]
@@ -875,10 +865,9 @@ def release(i, loop, own):
     if not slide(-1, loop, own) or not find_dynamics(t, loop.y, loop, own) or not are_open(i, loop, own):
         return False
     free, speed = own.free[i], own.speeds[i]
-    apart = is_apart(i, loop, own)
     if not own.compliance[i, i] > LED * alone(i, nv, own) or is_closing(speed, loop, own):
         return False
-    if not apart:
+    if not others_are_free(i, own):
         return release_among_others(i, loop, own)
     small, size = UNDECIDED * largest_free(i, own), abs(free)
     if not size > small:
@@ -1033,8 +1022,6 @@ def onset_of(k, loop, own):
     if abs(pull) <= max(small, balanced) and abs(force) < (1.0 - 2.0 * LIMIT_ROUNDED) * most:
         return 0.0
     if abs(pull) <= small:  # at its limit, which it may be about to leave on either side
-        if not others_are_free(i, own) and own.held_p[own.stuck[k]] == 0.0:
-            return math.nan  # what moves beside it under this force is not known
         t = look_ahead(i, force, loop, own)
         if not find_dynamics(t, own.moved, loop, own) or not own.compliance[i, i] > 0.0:
             return math.nan
@@ -1101,18 +1088,12 @@ def move_ahead(loop, own):
 
 @jitted
 def find_change(i, force, loop, own):
-    """Write the accelerations with a force in a row to `slope`, but for those that are balanced.
-
-    Where others are held, those of the form that applied up to here, in which the row has this force.
-    """
-    nq, nv, largest = loop.sizes[at.NQ], loop.sizes[at.NV], 0.0
+    """Write the accelerations with a force in a row to `slope`, but for those that are balanced."""
+    nv, largest = loop.sizes[at.NV], 0.0
     for j in range(nv):
         largest = max(largest, abs(own.rates[j]))
-    alone = others_are_free(i, own)
-    if not alone:
-        call_kernel(own.addresses[HELD_RHS], loop.control[at.T], loop.y, own.held_p, own.held_row)
     for j in range(nv):
-        change = own.rates[j] + own.response[i, j] * force if alone else own.held_row[nq + j]
+        change = own.rates[j] + own.response[i, j] * force
         own.slope[j] = change if abs(change) > ROUNDED * largest else 0.0
 
 
