@@ -64,6 +64,8 @@ class Run(RunState):
             or events_in_code.has_records_on_constraints(self.system)
         ):
             return events_in_code.EventsInCode(*given)
+        if jumps_in_code.has_events_beside_jumps(self.system, self.arrays):
+            return jumps_in_code.EventsBesideJumps(*given)
         if jumps_in_code.has_plain_jumps(self.system, self.arrays):
             return jumps_in_code.JumpsInCode(*given)
         if frictions_in_code.has_plain_frictions(*given):

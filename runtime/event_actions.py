@@ -508,14 +508,14 @@ class EventActions:
         """Arm the events; those of frictions that others hold stay out of it."""
         if self.switching is None:
             arm_events(self.form, self.arrays, fired, before=before, jumped=jumped)
-            self._choose_branches()
+            self.choose_branches()
             return
         resting = self.switching.resting
         own = np.full(len(self.system.events) - len(self.system.switches), np.nan)
         bands = np.concatenate([own, self.switching.bands()])
         arm_events(self.form, self.arrays, fired, before=before, bands=bands, jumped=jumped)
         self.switching.resting = resting
-        self._choose_branches()
+        self.choose_branches()
 
     def _rises(self, branches: np.ndarray) -> np.ndarray:
         """Return by how much the arguments of jumps rise in a short time on given branches, shape (n_events,)."""
@@ -531,7 +531,7 @@ class EventActions:
         events = form.kernel("events")
         return events(arrays.t + dt, ahead, arrays.p) - events(arrays.t, y, arrays.p)
 
-    def _choose_branches(self) -> None:
+    def choose_branches(self) -> None:
         """Choose the branch of each force whose argument is at zero: the one that the motion leads to."""
         arrays = self.arrays
         if not arrays.jumps:
@@ -593,7 +593,7 @@ class EventActions:
             return False
         before = arrays.precomputed[arrays.branches].copy()
         side[at_zero] = 0.0
-        self._choose_branches()
+        self.choose_branches()
         return not np.array_equal(before, arrays.precomputed[arrays.branches])
 
     def _leave_what_stays(self) -> None:

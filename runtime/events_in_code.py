@@ -27,14 +27,21 @@ ACTIONS = {"record": here.RECORDS, "reset": here.RESETS, "terminate": here.TERMI
 _ON_CONSTRAINTS = ACTIONS | {"reset": here.BY_PYTHON}  # they may be left where a reset leads
 
 
-def has_plain_events(system: System) -> bool:
+def has_plain_events(system: System, *, beside_jumps: bool = False) -> bool:
     """Whether machine code can act on events of a model: no constraints, quaternions, frictions, jumps of forces.
 
     Inputs may follow time: gaps read none.
+
+    Parameters
+    ----------
+    beside_jumps : bool
+        Whether there are events but jumps of forces, which are acted on elsewhere.
     """
+    if beside_jumps != bool(system.jumps):
+        return False
     return (
-        bool(system.events)
-        and not (system.m or system.jumps)
+        len(system.events) > len(system.jumps)
+        and not system.m
         and system.nq == system.nv <= _LARGEST
         and all(switch["kind"] == "stop" for switch in system.switches)
     )
@@ -81,10 +88,8 @@ def make_after(
     n_stops = len(system.switches)
     own = system.events[: len(system.events) - n_stops]
     is_free = not (system.m or system.quaternions)
-    kinds = [(ACTIONS if is_free else _ON_CONSTRAINTS)[event["action"]] for event in own]
-    resets = [
-        reset_function(event["name"]) if kind == here.RESETS else "" for event, kind in zip(own, kinds)
-    ]
+    kinds = [(ACTIONS if is_free else _ON_CONSTRAINTS).get(event["action"], here.BY_PYTHON) for event in own]
+    resets = [reset_function(event["name"]) if kind == here.RESETS else "" for event, kind in zip(own, kinds)]
     addresses = np.zeros(here.FIRST_RESET + len(own), dtype=np.uint64)
     addresses[here.ADVANCE] = block.address
     named = {here.EVENTS: "events", here.RHS: "rhs", here.ENERGY: "energy"}

@@ -147,6 +147,7 @@ def both(monkeypatch, model, t_end, **options):
     with monkeypatch.context() as patch:
         patch.setattr(frictions_in_code, "has_plain_frictions", lambda *_: False)
         patch.setattr(jumps_in_code, "has_plain_jumps", lambda *_: False)
+        patch.setattr(jumps_in_code, "has_events_beside_jumps", lambda *_: False)
         by_python = model.run(t_end, **options)
     acted = count_acts(monkeypatch)
     return by_python, model.run(t_end, **options), acted
@@ -247,6 +248,45 @@ def test_a_pull_that_begins_in_the_last_digits_behind_an_impact_opens_the_stop(m
         run = model.run(2.0, method=method, inputs={"u": table})
         assert run.states[-1][0] == pytest.approx(0.5 * 10.19 * (2.0 - begins) ** 2, rel=1e-9)
         assert run.ok
+
+
+BESIDE_JUMPS = """
+name = "beside_jumps"
+[coordinates]
+x = { start = 1.0, rate = 0.3 }
+y = { start = 1.0 }
+[inputs]
+u = {}
+[energy]
+kinetic = "dot(x)^2/2 + dot(y)^2/2"
+potential = "2*x^2 + 9.81*y + 10*max(0, y - 0.8)^2"
+[forces]
+x = "u - sign(x)/2 - 0.01*sign(dot(y))"
+y = "-0.02*sign(dot(y)) + 0.1*abs(x)"
+[events.mark]
+when = "x - y"
+then = "record"
+"""
+FLOORS = {
+    "stop": '[stops.floor]\ngap = "y"\nrestitution = 1.0\n',
+    "reset": '[events.floor]\nwhen = "y"\ndirection = "falling"\nthen = { reset = { "dot(y)" = "-dot(y)" } }\n',
+}
+
+
+@pytest.mark.parametrize("method", ("taylor", "dop853", "radau5", "bdf"))
+@pytest.mark.parametrize("floor", FLOORS)
+def test_events_beside_jumps_have_the_same_bits(monkeypatch, floor, method):
+    """An impact turns the sign of a rate around, and so forces go over to other branches with it."""
+    times = np.linspace(0.0, 10.0, 60)
+    given = {
+        "inputs": {"u": Table(times, 0.3 * np.sin(7.0 * times), kind="hold" if method == "bdf" else "linear")}
+    }
+    by_python, in_code, acted = both(
+        monkeypatch, system(BESIDE_JUMPS + FLOORS[floor]), 10.0, method=method, **given
+    )
+    assert len(in_code.events) > 20 and len(acted) <= 3
+    assert_same(in_code, by_python)
+    assert in_code.ok == by_python.ok
 
 
 ARM = """
