@@ -246,7 +246,11 @@ class _Branches:
                 name += "_"
             self._known[argument] = algebra.Symbol(f"branch {len(self.settings)}")
             self.settings.append(self._known[argument].name)
-            self.events.append(Event(name, _with_rounded_floors(argument), "both", ACTION, says=f"{_shown(e)} in {self._where}"))
+            self.events.append(
+                Event(
+                    name, _with_rounded_floors(argument), "both", ACTION, says=f"{_shown(e)} in {self._where}"
+                )
+            )
         return self._known[argument]
 
     def _define(self, name: str, power: float) -> None:
