@@ -78,15 +78,15 @@ MODEL = {
         "separable": False,
     },
     "operations": {
-        "rhs": 162,
+        "rhs": 164,
         "mass_matrix": 0,
-        "forces": 147,
+        "forces": 149,
         "energy": 27,
-        "residual": 153,
-        "residual_jacobian": 146,
+        "residual": 155,
+        "residual_jacobian": 148,
         "poses": 14,
         "shapes": 0,
-        "outputs": 125,
+        "outputs": 127,
         "events": 62,
         "marks": 2,
         "limits": 0,
@@ -125,7 +125,7 @@ MODEL = {
 
 @njit(error_model="numpy")
 def rhs(t, y, p, out):
-    """State derivative: rates, accelerations, power. 162 operations."""
+    """State derivative: rates, accelerations, power. 164 operations."""
     p_m_body = p[0]
     p_m_wheel = p[1]
     p_k_spring = p[2]
@@ -170,7 +170,7 @@ def rhs(t, y, p, out):
     x10 = (x9 if -0.5 < x9 else -0.5)
     x11 = 8.0*floor(0.0625*x2 + (0.125*x1 + (0.25*b_0 + 0.125*x10))) + (3.5 - 2.0*b_0)
     x12 = x11 - x1 - 0.5*x2
-    x13 = (x12 if x2 < 0.0 else (x12 if -x2 < 0.0 else floor(x10)))
+    x13 = (x12 if x2 < 0.0 else (x12 if -x2 < 0.0 else -8.0 + floor(8.0 + x10)))
     x14 = ((-1.0 if x13 < 0.5 else (-0.3 if x13 < 1.5 else -0.1)) if x13 < 2.5 else ((0.0 if x13 < 3.5 else 0.1) if x13 < 4.5 else 0.3))
     x15 = x3 - x14
     x16 = (1.4285714285714286 if x13 < 0.5 else (5.0 if x13 < 1.5 else 10.0))
@@ -227,7 +227,7 @@ def mass_matrix(t, y, p, out):
 
 @njit(error_model="numpy")
 def forces(t, y, p, out):
-    """Forces f of M a = f + G^T lambda. 147 operations."""
+    """Forces f of M a = f + G^T lambda. 149 operations."""
     p_m_body = p[0]
     p_k_spring = p[2]
     p_k_tyre = p[3]
@@ -268,7 +268,7 @@ def forces(t, y, p, out):
     x10 = (x9 if -0.5 < x9 else -0.5)
     x11 = 8.0*floor(0.0625*x2 + (0.125*x1 + (0.25*b_0 + 0.125*x10))) + (3.5 - 2.0*b_0)
     x12 = x11 - x1 - 0.5*x2
-    x13 = (x12 if x2 < 0.0 else (x12 if -x2 < 0.0 else floor(x10)))
+    x13 = (x12 if x2 < 0.0 else (x12 if -x2 < 0.0 else -8.0 + floor(8.0 + x10)))
     x14 = ((-1.0 if x13 < 0.5 else (-0.3 if x13 < 1.5 else -0.1)) if x13 < 2.5 else ((0.0 if x13 < 3.5 else 0.1) if x13 < 4.5 else 0.3))
     x15 = x3 - x14
     x16 = (1.4285714285714286 if x13 < 0.5 else (5.0 if x13 < 1.5 else 10.0))
@@ -336,7 +336,7 @@ def energy(t, y, p, out):
 
 @njit(error_model="numpy")
 def residual(t, y, p, out):
-    """M a - f - G^T lambda, then G a - gamma. 153 operations."""
+    """M a - f - G^T lambda, then G a - gamma. 155 operations."""
     p_m_body = p[0]
     p_m_wheel = p[1]
     p_k_spring = p[2]
@@ -382,7 +382,7 @@ def residual(t, y, p, out):
     x10 = (x9 if -0.5 < x9 else -0.5)
     x11 = 8.0*floor(0.0625*x2 + (0.125*x1 + (0.25*b_0 + 0.125*x10))) + (3.5 - 2.0*b_0)
     x12 = x11 - x1 - 0.5*x2
-    x13 = (x12 if x2 < 0.0 else (x12 if -x2 < 0.0 else floor(x10)))
+    x13 = (x12 if x2 < 0.0 else (x12 if -x2 < 0.0 else -8.0 + floor(8.0 + x10)))
     x14 = ((-1.0 if x13 < 0.5 else (-0.3 if x13 < 1.5 else -0.1)) if x13 < 2.5 else ((0.0 if x13 < 3.5 else 0.1) if x13 < 4.5 else 0.3))
     x15 = x3 - x14
     x16 = (1.4285714285714286 if x13 < 0.5 else (5.0 if x13 < 1.5 else 10.0))
@@ -420,7 +420,7 @@ def residual(t, y, p, out):
 
 @njit(error_model="numpy")
 def residual_jacobian(t, y, p, out):
-    """Residual derivatives by q, v, a, lambda. 146 operations."""
+    """Residual derivatives by q, v, a, lambda. 148 operations."""
     p_m_body = p[0]
     p_m_wheel = p[1]
     p_k_spring = p[2]
@@ -457,7 +457,7 @@ def residual_jacobian(t, y, p, out):
     x9 = (x8 if -0.5 < x8 else -0.5)
     x10 = 8.0*floor(0.0625*x1 + (0.125*x0 + (0.25*b_0 + 0.125*x9))) + (3.5 - 2.0*b_0)
     x11 = x10 - x0 - 0.5*x1
-    x12 = (x11 if x1 < 0.0 else (x11 if -x1 < 0.0 else floor(x9)))
+    x12 = (x11 if x1 < 0.0 else (x11 if -x1 < 0.0 else -8.0 + floor(8.0 + x9)))
     x13 = (826.5306122448981 if x12 < 0.5 else (2571.428571428572 if x12 < 1.5 else 4000.0))
     x14 = ((1285.714285714286 if x12 < 3.5 else 405.23837551500884) if x12 < 4.5 else 0.0)
     x15 = (0.0 if x12 < -0.5 else 1.0)
@@ -576,7 +576,7 @@ def shapes(t, y, p, out):
 
 @njit(error_model="numpy")
 def outputs(t, y, p, out):
-    """Outputs. 125 operations."""
+    """Outputs. 127 operations."""
     p_m_body = p[0]
     p_k_spring = p[2]
     p_bump = p[8]
@@ -609,7 +609,7 @@ def outputs(t, y, p, out):
     x12 = (x11 if -0.5 < x11 else -0.5)
     x13 = 8.0*floor(0.0625*x4 + (0.125*x3 + (0.25*b_0 + 0.125*x12))) + (3.5 - 2.0*b_0)
     x14 = x13 - x3 - 0.5*x4
-    x15 = (x14 if x4 < 0.0 else (x14 if -x4 < 0.0 else floor(x12)))
+    x15 = (x14 if x4 < 0.0 else (x14 if -x4 < 0.0 else -8.0 + floor(8.0 + x12)))
     x16 = ((-1.0 if x15 < 0.5 else (-0.3 if x15 < 1.5 else -0.1)) if x15 < 2.5 else ((0.0 if x15 < 3.5 else 0.1) if x15 < 4.5 else 0.3))
     x17 = x5 - x16
     x18 = (1.4285714285714286 if x15 < 0.5 else (5.0 if x15 < 1.5 else 10.0))

@@ -58,10 +58,14 @@ class Run(RunState):
         if not self.arrays.n_events:
             return None
         given = self.system, self.method, self.arrays
-        if events_in_code.has_plain_events(self.system) or events_in_code.has_impacts_beside_constraints(
-            self.system, self.arrays
+        if (
+            events_in_code.has_plain_events(self.system)
+            or events_in_code.has_impacts_beside_constraints(self.system, self.arrays)
+            or events_in_code.has_records_on_constraints(self.system)
         ):
             return events_in_code.EventsInCode(*given)
+        if jumps_in_code.has_events_beside_jumps(self.system, self.arrays):
+            return jumps_in_code.EventsBesideJumps(*given)
         if jumps_in_code.has_plain_jumps(self.system, self.arrays):
             return jumps_in_code.JumpsInCode(*given)
         if frictions_in_code.has_plain_frictions(*given):

@@ -444,7 +444,7 @@ class EventActions:
         switched = fired[fired >= n_own] - n_own
         if self.switching is not None and (len(switched) or reset):
             before = self.switching.phases
-            records += self._switch(switched)
+            records += self._switch(switched, is_reset=reset)
             # The event of what was closed or let go is another function now, and not at its zero.
             same = (before == self.switching.phases).all(axis=1)
             fired = fired[(fired < n_own) | same[np.maximum(fired - n_own, 0)]]
@@ -523,14 +523,14 @@ class EventActions:
         """Arm the events; those of frictions that others hold stay out of it."""
         if self.switching is None:
             arm_events(self.form, self.arrays, fired, before=before, jumped=jumped)
-            self._choose_branches()
+            self.choose_branches()
             return
         resting = self.switching.resting
         own = np.full(len(self.system.events) - len(self.system.switches), np.nan)
         bands = np.concatenate([own, self.switching.bands()])
         arm_events(self.form, self.arrays, fired, before=before, bands=bands, jumped=jumped)
         self.switching.resting = resting
-        self._choose_branches()
+        self.choose_branches()
 
     def _rises(self, branches: np.ndarray) -> np.ndarray:
         """Return by how much the arguments of jumps rise in a short time on given branches, shape (n_events,)."""
@@ -546,7 +546,7 @@ class EventActions:
         events = form.kernel("events")
         return events(arrays.t + dt, ahead, arrays.p) - events(arrays.t, y, arrays.p)
 
-    def _choose_branches(self) -> None:
+    def choose_branches(self) -> None:
         """Choose the branch of each force whose argument is at zero: the one that the motion leads to."""
         arrays = self.arrays
         if not arrays.jumps:
@@ -608,7 +608,7 @@ class EventActions:
             return False
         before = arrays.precomputed[arrays.branches].copy()
         side[at_zero] = 0.0
-        self._choose_branches()
+        self.choose_branches()
         return not np.array_equal(before, arrays.precomputed[arrays.branches])
 
     def _leave_what_stays(self) -> None:
@@ -678,12 +678,12 @@ class EventActions:
         call_kernel(np.uint64(kernel.precomputed_address), arrays.t, arrays.y, arrays.precomputed, values)
         return self.switching.is_untouched(values[len(values) - len(self.system.switches) :])
 
-    def _switch(self, switched: np.ndarray) -> list[EventRecord]:
+    def _switch(self, switched: np.ndarray, *, is_reset: bool = False) -> list[EventRecord]:
         """Settle stops and frictions; the energy of the instant is noted with the first of them."""
         arrays, nq, n = self.arrays, self.system.nq, self.system.nq + self.system.nv
         before, energy = arrays.y[:n].copy(), self.energy()
         work = arrays.y[n] + self.energy_of_resets if self.system.nw else math.nan
-        actions = self.switching.act(switched)
+        actions = self.switching.act(switched, is_reset=is_reset)
         after, change = arrays.y[:n].copy(), self.energy() - energy
         self.energy_of_resets += change
         self._check_forces()

@@ -24,16 +24,24 @@ _OF_CLOSED = (
     (here.JACOBIAN, "constraint_jacobian"), (here.RESIDUAL, "constraint_residual"), (here.GAMMA, "gamma")
 )  # fmt: skip
 ACTIONS = {"record": here.RECORDS, "reset": here.RESETS, "terminate": here.TERMINATES}
+_ON_CONSTRAINTS = ACTIONS | {"reset": here.BY_PYTHON}  # they may be left where a reset leads
 
 
-def has_plain_events(system: System) -> bool:
+def has_plain_events(system: System, *, beside_jumps: bool = False) -> bool:
     """Whether machine code can act on events of a model: no constraints, quaternions, frictions, jumps of forces.
 
     Inputs may follow time: gaps read none.
+
+    Parameters
+    ----------
+    beside_jumps : bool
+        Whether there are events but jumps of forces, which are acted on elsewhere.
     """
+    if beside_jumps != bool(system.jumps):
+        return False
     return (
-        bool(system.events)
-        and not (system.m or system.jumps)
+        len(system.events) > len(system.jumps)
+        and not system.m
         and system.nq == system.nv <= _LARGEST
         and all(switch["kind"] == "stop" for switch in system.switches)
     )
@@ -54,6 +62,19 @@ def has_impacts_beside_constraints(system: System, arrays: LoopArrays) -> bool:
     )
 
 
+def has_records_on_constraints(system: System) -> bool:
+    """Whether machine code can act on events of a model with constraints or quaternions that has own ones alone.
+
+    It acts on those that record.
+    """
+    return (
+        bool(system.events)
+        and bool(system.m or system.quaternions)
+        and not (system.jumps or system.switches)
+        and any(event["action"] == "record" for event in system.events)
+    )
+
+
 def make_after(
     system: System, method: Method, arrays: LoopArrays, block: CallBlock
 ) -> tuple[here.After, object]:
@@ -66,7 +87,9 @@ def make_after(
     """
     n_stops = len(system.switches)
     own = system.events[: len(system.events) - n_stops]
-    resets = [reset_function(event["name"]) if event["action"] == "reset" else "" for event in own]
+    is_free = not (system.m or system.quaternions)
+    kinds = [(ACTIONS if is_free else _ON_CONSTRAINTS).get(event["action"], here.BY_PYTHON) for event in own]
+    resets = [reset_function(event["name"]) if kind == here.RESETS else "" for event, kind in zip(own, kinds)]
     addresses = np.zeros(here.FIRST_RESET + len(own), dtype=np.uint64)
     addresses[here.ADVANCE] = block.address
     named = {here.EVENTS: "events", here.RHS: "rhs", here.ENERGY: "energy"}
@@ -90,10 +113,10 @@ def make_after(
         everything, n_rows, n_residual = arrays.p.copy(), closed.m, closed.nh + closed.m
         everything[switches_at] = 1.0
     n, nv, ne, m = system.nq + system.nv, system.nv, len(system.events), len(constraints)
-    noise = here.ROUND_OFF * (here.ON_CONSTRAINTS if system.m else 1.0)
+    noise = here.ROUND_OFF * (1.0 if is_free else here.ON_CONSTRAINTS)
     after = here.After(
         addresses=addresses, block=block.block, result=np.zeros(1),
-        actions=np.array([ACTIONS[event["action"]] for event in own], dtype=np.int64),
+        actions=np.array(kinds, dtype=np.int64),
         directions=np.array([DIRECTIONS[event["direction"]] for event in own], dtype=np.int64), everything=everything,
         switches_at=switches_at, gaps=gaps, constraints=constraints,
         sums=np.array([0.0, np.nan, 0.0, noise]), intervals=np.zeros(here.MOST_INTERVALS),
@@ -145,7 +168,7 @@ class EventsInCode:
     Parameters
     ----------
     system : System
-        `has_plain_events` or `has_impacts_beside_constraints` of it.
+        `has_plain_events`, `has_impacts_beside_constraints` or `has_records_on_constraints` of it.
     method : Method
     arrays : LoopArrays
     """

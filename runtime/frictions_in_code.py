@@ -181,6 +181,7 @@ class FrictionsInCode:
             speeds=np.zeros(n), gamma=np.zeros(n),
             mass=np.zeros(nv * nv), inertia=np.zeros(nv), response=np.zeros((n, nv)), compliance=np.zeros((n, n)),
             rates=np.zeros(nv), change=np.zeros(nv), free=np.zeros(n), part=np.zeros(n, dtype=np.int64),
+            acting=np.zeros(n, dtype=np.int64), force=np.zeros(n), gram=np.zeros(n * n), right=np.zeros(n),
         )  # fmt: skip
         return own, keep
 

@@ -95,9 +95,12 @@ def test_what_another_choice_holds_at_a_threshold(force, method):
     np.testing.assert_allclose(energy, energy[0], atol=1e-7)
 
 
-@pytest.mark.parametrize("method", ["dopri5", "dop853"])
+@pytest.mark.parametrize("method", ["bs32", "dopri5", "dop853"])
 def test_a_quantiser_that_begins_at_a_step(method):
-    """At rest at x = 0 the round-off of x turns the command by 2.5, which says nothing of how near its limit it is."""
+    """At rest at x = 0 the round-off of x turns the command by 2.5, which says nothing of how near its limit it is.
+
+    Steps of low order lead x to -1e-41 on its way up: that is on no side of the step of the quantiser, nor is it one.
+    """
     m = Model("quantised")
     x, _ = m.coordinate("x"), m.input("u")
     m.kinetic("dot(x)^2/2")

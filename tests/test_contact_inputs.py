@@ -113,9 +113,9 @@ def test_forces_that_jump_far_from_stops_and_rest_are_not_settled_in_full(monkey
     m.friction("rub", coordinate=x, force=0.05)
     system, act, calls = m.derive(), Switching.act, []
 
-    def counted(self, fired):
+    def counted(self, fired, **how):
         calls.append(len(fired))
-        return act(self, fired)
+        return act(self, fired, **how)
 
     monkeypatch.setattr(Switching, "act", counted)
     random = np.random.default_rng(1)

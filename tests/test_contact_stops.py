@@ -52,6 +52,29 @@ def test_a_perfect_rebound_never_comes_to_rest(ball_system):
     assert solution.energy.final == pytest.approx(2.0 * G, rel=1e-9)
 
 
+@pytest.mark.parametrize("with_friction", [False, True])
+def test_a_reset_takes_a_body_off_the_stop_that_it_rests_on(with_friction):
+    m = Model("lifted")
+    x, z = m.coordinate("x"), m.coordinate("z", rate=1.0)
+    m.kinetic(dot(x) ** 2 / 2 + dot(z) ** 2 / 2)
+    m.potential(G * x)
+    m.stop("floor", x)
+    if with_friction:
+        m.friction("rub", z, force=1e-9)
+    lift = m.parameter("lift", 1.0)
+    m.event("lifts", z - 1, direction="rising", then={"reset": {"x": lift}})
+    solution = m.derive().run(1.2, method="dop853")
+    assert [(event.name, event.action) for event in solution.events] == [
+        ("lifts", "reset"),
+        ("floor", "release"),
+    ]
+    assert solution["x"][-1] == pytest.approx(1.0 - G / 2 * 0.2**2, rel=1e-7)
+    assert solution.ok
+    solution = m.derive().run(1.2, method="dop853", parameters={"lift": -0.1})
+    assert solution.status == "failed"
+    assert "leads into stop 'floor': its gap is -0.1" in solution.message
+
+
 def test_fixed_steps_keep_their_length_through_impacts(ball_system):
     solution = ball_system.run(t_end=3.0, method="rk4", step=1e-2, parameters={"e": 0.0})
     assert [event.action for event in solution.events] == ["impact"]

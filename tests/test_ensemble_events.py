@@ -145,6 +145,20 @@ def test_flights_that_pile_up_are_for_single_runs(method):
 
 
 @pytest.mark.parametrize("method", METHODS)
+def test_events_within_a_step_are_found_one_by_one(method):
+    """x = x0 + t: steps are as long as a method likes, and a wheel turns faster by one for each tooth that passes."""
+    m, starts = Model("rack"), np.linspace(0.0, 0.4, 9) + 0.013
+    x, n = m.coordinate("x", rate=1.0), m.coordinate("n")
+    m.kinetic(dot(x) ** 2 / 2 + dot(n) ** 2 / 2)
+    m.event("tooth", sin(40 * x), direction="rising", then={"reset": {"dot(n)": dot(n) + 1}})
+    e = m.derive().ensemble(5.0, method=method, start={"x": list(starts)}, keep=["n"])
+    assert not e.verdicts.singly.any()
+    teeth = np.arange(40) * (2 * np.pi / 40)
+    passed = [teeth[(teeth > start) & (teeth < start + 5.0)] - start for start in starts]
+    assert np.allclose(e["n"], [(5.0 - t).sum() for t in passed], rtol=1e-9)
+
+
+@pytest.mark.parametrize("method", METHODS)
 def test_two_events_at_one_instant_are_for_single_runs(method):
     system = two_balls()
     e = system.ensemble(2.0, method=method, start={"a": [1.0, 0.9, 1.0]})

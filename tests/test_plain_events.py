@@ -114,6 +114,7 @@ def both(monkeypatch, model, t_end, **options):
     with monkeypatch.context() as patch:
         patch.setattr(events_in_code, "has_plain_events", lambda _: False)
         patch.setattr(events_in_code, "has_impacts_beside_constraints", lambda *_: False)
+        patch.setattr(events_in_code, "has_records_on_constraints", lambda _: False)
         patch.setattr(frictions_in_code, "has_plain_frictions", lambda *_: False)
         by_python = model.run(t_end, **options)
     return by_python, model.run(t_end, **options)
@@ -311,6 +312,52 @@ def test_impacts_beside_constraints(monkeypatch, method):
             assert rate(event.v_after) == pytest.approx(-e * rate(event.v_before), rel=1e-12)
     assert in_code.energy.max_error < 1e-9
     assert in_code.ok
+
+
+TUMBLING = """
+name = "tumbling"
+[bodies.stone]
+mass = 2
+com = [0, 0, 0]
+inertia = [1, 2, 3]
+[joints.turn]
+type = "spherical"
+parent = "world"
+child = "stone"
+rate = [1, 8, 1.2]
+[events.turned]
+when = "turn_qy"
+then = "record"
+[events.spun]
+when = "turn_wx"
+then = { reset = { "turn_wz" = "1.01*turn_wz" } }
+"""
+RECORDED = (
+    PENDULUM[: PENDULUM.index("[stops.wall]")]
+    + PENDULUM[PENDULUM.index("[events.mark]") :]
+    + """
+[events.low]
+when = "mod(x1, 1/2) - 1/4"
+then = "record"
+[events.swung]
+when = "x1"
+direction = "falling"
+then = { reset = { "dot(x1)" = "1.02*dot(x1)" } }
+"""
+)
+
+
+@pytest.mark.parametrize("method", ["taylor", "dop853", "radau5"])
+@pytest.mark.parametrize("text", [RECORDED, TUMBLING], ids=["constraints", "quaternion"])
+def test_records_on_constraints_have_the_same_bits(monkeypatch, text, method):
+    """Resets beside them are for Python, and so are records of functions that jump there."""
+    acted = counted(monkeypatch)
+    by_python, in_code = both(monkeypatch, system(text), 6.0, method=method)
+    n_acted = sum(acted)  # the health report has runs of its own
+    assert_same_bits(in_code, by_python)
+    records = [event for event in in_code.events if event.action == "record"]
+    assert 3 < len(records) < len(in_code.events)
+    assert 0.5 * len(records) < n_acted <= len(records)
 
 
 def test_rates_of_angles_have_the_impacts_of_constrained_ones(monkeypatch):

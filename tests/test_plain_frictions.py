@@ -15,6 +15,7 @@ from symgen.runtime import frictions_in_code, jumps_in_code, load
 from symgen.runtime.constraints.levels import Constraints, coordinate_sizes
 from symgen.runtime.constraints.size_code import fit_sizes, make_sizing
 from symgen.runtime.contact.lone_friction import LoneFriction
+from symgen.runtime.contact.settings import Layout
 from symgen.runtime.contact.switching import Switching
 from symgen.runtime.driver import Run
 from symgen.runtime.inputs import Controller, Polynomial, Table
@@ -146,6 +147,7 @@ def both(monkeypatch, model, t_end, **options):
     with monkeypatch.context() as patch:
         patch.setattr(frictions_in_code, "has_plain_frictions", lambda *_: False)
         patch.setattr(jumps_in_code, "has_plain_jumps", lambda *_: False)
+        patch.setattr(jumps_in_code, "has_events_beside_jumps", lambda *_: False)
         by_python = model.run(t_end, **options)
     acted = count_acts(monkeypatch)
     return by_python, model.run(t_end, **options), acted
@@ -248,11 +250,97 @@ def test_a_pull_that_begins_in_the_last_digits_behind_an_impact_opens_the_stop(m
         assert run.ok
 
 
+BESIDE_JUMPS = """
+name = "beside_jumps"
+[coordinates]
+x = { start = 1.0, rate = 0.3 }
+y = { start = 1.0 }
+[inputs]
+u = {}
+[energy]
+kinetic = "dot(x)^2/2 + dot(y)^2/2"
+potential = "2*x^2 + 9.81*y + 10*max(0, y - 0.8)^2"
+[forces]
+x = "u - sign(x)/2 - 0.01*sign(dot(y))"
+y = "-0.02*sign(dot(y)) + 0.1*abs(x)"
+[events.mark]
+when = "x - y"
+then = "record"
+"""
+FLOORS = {
+    "stop": '[stops.floor]\ngap = "y"\nrestitution = 1.0\n',
+    "reset": '[events.floor]\nwhen = "y"\ndirection = "falling"\nthen = { reset = { "dot(y)" = "-dot(y)" } }\n',
+}
+
+
+@pytest.mark.parametrize("method", ("taylor", "dop853", "radau5", "bdf"))
+@pytest.mark.parametrize("floor", FLOORS)
+def test_events_beside_jumps_have_the_same_bits(monkeypatch, floor, method):
+    """An impact turns the sign of a rate around, and so forces go over to other branches with it."""
+    times = np.linspace(0.0, 10.0, 60)
+    given = {
+        "inputs": {"u": Table(times, 0.3 * np.sin(7.0 * times), kind="hold" if method == "bdf" else "linear")}
+    }
+    by_python, in_code, acted = both(
+        monkeypatch, system(BESIDE_JUMPS + FLOORS[floor]), 10.0, method=method, **given
+    )
+    assert len(in_code.events) > 20 and len(acted) <= 3
+    assert_same(in_code, by_python)
+    assert in_code.ok == by_python.ok
+
+
+ARM = """
+name = "arm"
+[parameters]
+f1 = 1.9
+f2 = 1.0
+[coordinates]
+a = { start = 0.5 }
+b = { start = -0.3 }
+[energy]
+kinetic = "1.5*dot(a)^2 + dot(b)^2/2 + 0.6*dot(a)*dot(b)*cos(a - b)"
+potential = "-1.5*cos(a) - 0.5*cos(b)"
+[forces]
+a = "3*sin(t)"
+b = "1.5*sin(1.7*t + 1)"
+[friction.shoulder]
+coordinate = "a"
+force = "f1"
+static = "1.2*f1"
+[friction.elbow]
+coordinate = "b"
+force = "f2"
+"""
+HELD_TOGETHER = {
+    "frictions": ARM,
+    "stop": ARM + '[stops.low]\ngap = "b + 0.1*a + 0.6"\nrestitution = 0.3\n',
+    "reset": ARM
+    + '[events.kick]\nwhen = "b - 0.2"\ndirection = "rising"\nthen = { reset = { "dot(b)" = "0.8*dot(b)" } }\n',
+}
+
+
+@pytest.mark.parametrize("kind", HELD_TOGETHER)
+def test_what_is_held_and_moves_each_other(monkeypatch, kind):
+    """Inertia ties the joints of an arm: what one friction takes when it sticks or slips, the other feels."""
+    model = system(HELD_TOGETHER[kind])
+    by_python, in_code, acted = both(monkeypatch, model, 60.0, method="dop853", rtol=1e-10, atol=1e-12)
+    told = [(event.name, event.action) for event in in_code.events]
+    assert told == [(event.name, event.action) for event in by_python.events]
+    assert in_code.forms.settings[:, Layout(model).stuck].all(axis=1).any()  # both stick now and then
+    assert len(told) > 50 and len(acted) <= 4
+    times = [[event.t for event in run.events] for run in (in_code, by_python)]
+    np.testing.assert_allclose(*times, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(in_code.states, by_python.states, rtol=0, atol=1e-8)
+    np.testing.assert_array_equal(in_code.forms.index, by_python.forms.index)
+    np.testing.assert_array_equal(in_code.forms.settings, by_python.forms.settings)
+    assert in_code.ok == by_python.ok
+
+
 def test_jumps_beside_what_is_held_far_from_letting_go_are_not_settled_in_full(monkeypatch):
     """The same as where each jump is: most leave the wall closed and the belt rough enough."""
     model, settled, settle = system(PUSHED), [], Switching.act
     monkeypatch.setattr(
-        Switching, "act", lambda self, fired: settled.append(len(fired)) or settle(self, fired)
+        Switching, "act", lambda self, fired, **how: settled.append(len(fired)) or settle(self, fired, **how)
     )
     period = 0.05
     times = np.arange(0.0, 20.0 + period, period)

@@ -840,7 +840,8 @@ def _adds_energy(here: LocalDynamics, x: np.ndarray) -> bool:
     return change > _NO_GAIN * (np.abs(x) @ np.abs(here.speeds))
 
 
-_VIOLATED = 1e-6  # gap at the start, in parts of the coordinates' sizes, from which on it is an error
+# Gap at the start or behind a reset, in parts of the coordinates' sizes, from which on it is an error.
+_VIOLATED = 1e-6
 _WITHIN_STEPS = 2.0  # the pull may grow while a gap opens
 _STEPS_BEFORE_REST = 1e3
 _SHORTENED = 1e-2  # of the mean step so far: a step that a turning direction has shortened
@@ -907,13 +908,15 @@ class Switching(Holding):
             self._last_weak = settings, weak / np.maximum(here.own, 1e-300)
         return self._last_weak[1]
 
-    def act(self, fired: np.ndarray) -> list[tuple[int, str]]:
+    def act(self, fired: np.ndarray, *, is_reset: bool = False) -> list[tuple[int, str]]:
         """Act on the stops and frictions whose events fired, and on all that they touch.
 
         Parameters
         ----------
         fired : ndarray of int
             Their indices among the switches. With none of them, forces have jumped: what is held by now follows anew.
+        is_reset : bool
+            Whether the state has just been reset, and may be anywhere: a closed stop may be open now.
 
         Returns
         -------
@@ -929,7 +932,11 @@ class Switching(Holding):
         self._end_unseen_flights(is_fired[: self.n_stops])
         gaps = self._watched()[0]
         here = self._here()
-        struck = self.closed | is_fired[: self.n_stops] | (gaps <= self._round_off(here))
+        closed = self.closed
+        if is_reset:
+            self._refuse_violated(gaps, here)
+            closed = closed & (gaps <= self._gap_tolerances(here))
+        struck = closed | is_fired[: self.n_stops] | (gaps <= self._round_off(here))
         near = struck | (gaps <= self._gap_tolerances(here))
         self._zero = np.concatenate([self._gap_tolerances(here), self._slow(here)])
         blown = np.concatenate([struck & self._closing(here), np.zeros(self.n - self.n_stops, dtype=bool)])
@@ -949,6 +956,13 @@ class Switching(Holding):
         told = np.flatnonzero(is_fired | with_others if len(fired) else changed)
         became = [(int(i), self._became(i, were_held[i], blown[i], came_to_rest)) for i in told]
         return [x for k, x in enumerate(became) if x[1] and self.names[x[0]] not in self._told(became[:k])]
+
+    def _refuse_violated(self, gaps: np.ndarray, here: LocalDynamics) -> None:
+        for i in np.flatnonzero(gaps < -_VIOLATED * here.sizes[: self.n_stops]):
+            raise ContactError(
+                f"a reset at t = {self.arrays.t:.9g} s leads into stop {self.names[i]!r}: its gap is {gaps[i]:.6g} "
+                "behind it; reset coordinates to where it is zero or more"
+            )
 
     def _told(self, became: list[tuple[int, str]]) -> set[str]:
         return {self.names[i] for i, what in became if what}

@@ -1,9 +1,9 @@
 """Events of free motion in lanes: what `integrate/after_step.py` and `integrate/plain_events.py` do of them.
 
-A step is looked at in the places of a single run's. Where an event function changes its side, its lane's step ends
-there and the state is reset; where one may have touched zero in between, the step is taken again at half its length.
-What needs more thought (two events at one instant, a function that goes on touching zero, resets that pile up) makes
-the member leave its lane, for a run of its own.
+A step is looked at in the places of a single run's, part by part as there. Where an event function changes its side,
+its lane's step ends there and the state is reset; where one may have touched zero in between, the step is taken again
+at half its length. What needs more thought (two events at one instant, a function that goes on touching zero, resets
+that pile up) makes the member leave its lane, for a run of its own.
 """
 
 from __future__ import annotations
@@ -15,7 +15,14 @@ from symgen.runtime.ensemble.lanes import Lanes, copy_rows, evaluate_energy, fin
 from symgen.runtime.ensemble.slots import AT
 from symgen.runtime.ensemble.writer import INTEGER, Code, Rows, Value, Variable
 from symgen.runtime.integrate import plain_events
-from symgen.runtime.integrate.after_step import CHEBYSHEV, EPS, INWARDS, N_EARLY
+from symgen.runtime.integrate.after_step import (
+    CHEBYSHEV,
+    EPS,
+    FIRST_PART,
+    INWARDS,
+    N_EARLY,
+    SHORTEST_PART,
+)
 from symgen.runtime.integrate.layout import LEANING
 from symgen.runtime.integrate.plain_events import AHEAD, CLEAR, RECORDS, RESETS, ROUND_OFF, TERMINATES
 
@@ -210,7 +217,18 @@ def find_events(
             copy_rows(lanes, lanes.y_stage, lanes.y_new, lanes.ny, inside)
         _note_lowest(lanes, stands.value & ~happened.value)
         stop.value = code.select(inside, t + (t1 - t) * first, t1)
+        _note_eventless(lanes, stands.value, happened.value, t, stop.value)
     return Stopped(stop.value, stands.value, happened.value, leaving.value, nowhere)
+
+
+def _note_eventless(lanes: Lanes, stands: Value, happened: Value, t: Value, end: Value) -> None:
+    """Take note of the time between the last two events, or since then of the longest step, as `finish_step`."""
+    code = lanes.code
+    since = end - lanes.own("last_event")
+    since = code.select(since > 0.0, since, end - t)
+    longest = code.larger(lanes.own("eventless"), end - t)
+    lanes.set_own("eventless", code.select(happened, since, longest), stands)
+    lanes.set_own("last_event", end, happened)
 
 
 def _note_lowest(lanes: Lanes, where: Value) -> None:
@@ -223,29 +241,87 @@ def _note_lowest(lanes: Lanes, where: Value) -> None:
 def _look(
     lanes: Lanes, accepted: Value, t: Value, h: Value, evaluate: Callable[[Value, Rows], None]
 ) -> Value:
-    """Find where functions change their sides; returns lanes in which one may only touch zero."""
-    code, w, ne = lanes.code, Watched(lanes), lanes.n_events
+    """Find where functions change their sides; returns lanes in which one may only touch zero.
+
+    A step that is much longer than what went before is looked at part by part, as `after_step.find_event` does.
+    """
+    code, w = lanes.code, Watched(lanes)
     early, touched = code.variable(code.flags(False)), code.variable(code.flags(False))
     _evaluate(lanes, t, lanes.y, w.previous)
-    with code.each(ne) as e:
+    with code.each(lanes.n_events) as e:
         early.value = early.value | (code.size(w.side[e]) < 1.0)
         w.side_before[e] = w.side[e]
         w.one_before[e] = w.two_before[e] = float("nan")  # what is compared with them is not so
         w.found[e] = 0.0
         w.root[e] = _FARTHEST
         w.low[e] = 0.0
-    first = code.select(code.any(early.value & accepted), code.integer(0), code.integer(N_EARLY))
+    eventless = lanes.own("eventless")
+    first_part = code.select(eventless > 0.0, eventless * 2.0 / h, code.all_lanes(FIRST_PART))
+    going, start, end = code.variable(accepted), code.variable(0.0), code.variable(_end_of_part(first_part))
+    with code.forever() as leave:
+        leave(~code.any(going.value))
+        part = _Part(t, h, start.value, end.value)
+        touched.value = touched.value | _look_at_part(lanes, going.value, early.value, part, evaluate)
+        going.value = going.value & (end.value < 1.0) & ~_some_found(lanes)
+        early.value = code.flags(False)  # parts behind the first one begin where functions have a side
+        start.value = end.value
+        end.value = _end_of_part(end.value * 2.0)
+    return touched.value
+
+
+@dataclass(eq=False)
+class _Part:
+    """The part of steps from `start` to `end`, 0 to 1, which begin at `t` and are `h` long."""
+
+    t: Value
+    h: Value
+    start: Value
+    end: Value
+
+
+def _end_of_part(wanted: Value) -> Value:
+    """As `after_step.end_of_part`."""
+    code = wanted.code
+    return code.select(wanted >= 0.5, code.all_lanes(1.0), code.larger(wanted, code.all_lanes(SHORTEST_PART)))
+
+
+def _some_found(lanes: Lanes) -> Value:
+    """Lanes in which a function has changed its side."""
+    code, w = lanes.code, Watched(lanes)
+    found = code.variable(0.0)
+    with code.each(lanes.n_events) as e:
+        found.value = code.larger(found.value, w.found[e])
+    return found.value > 0.5
+
+
+def _look_at_part(
+    lanes: Lanes, going: Value, early: Value, part: _Part, evaluate: Callable[[Value, Rows], None]
+) -> Value:
+    """Look at the places of a part of the steps of some lanes; returns where a function may only touch zero.
+
+    Parameters
+    ----------
+    early : Value
+        Where some function has no side yet, and the beginning is looked at as well.
+    """
+    code, w = lanes.code, Watched(lanes)
+    touched = code.variable(code.flags(False))
+    first = code.select(code.any(early & going), code.integer(0), code.integer(N_EARLY))
     with code.each(len(PLACES), first) as k:
-        theta = code.as_kind(lanes.places[k], "lanes")
+        is_last = code.equal(k, len(PLACES) - 1)
+        place = code.as_kind(lanes.places[k], "lanes")
+        theta = code.select(
+            code.all_flags(is_last), part.end, part.start + (part.end - part.start) * place
+        )  # without round-off
         is_early, is_not = k < N_EARLY, (k >= N_EARLY) & (k < N_EARLY + _NOT_EARLY)
-        used = (code.all_flags(is_early) & early.value) | (code.all_flags(is_not) & ~early.value)
-        used = accepted & (used | code.all_flags(k >= N_EARLY + _NOT_EARLY))
+        used = (code.all_flags(is_early) & early) | (code.all_flags(is_not) & ~early)
+        used = going & (used | code.all_flags(k >= N_EARLY + _NOT_EARLY))
         evaluate(theta, lanes.y_stage)
         # The end is the state that the run goes on from, not its interpolant.
-        with code.when(code.equal(k, len(PLACES) - 1)):
-            copy_rows(lanes, lanes.y_new, lanes.y_stage, lanes.ny)
-        _evaluate(lanes, t + h * theta, lanes.y_stage, w.g)
-        with code.each(ne) as e:
+        with code.when(is_last):
+            copy_rows(lanes, lanes.y_new, lanes.y_stage, lanes.ny, part.end >= 1.0)
+        _evaluate(lanes, part.t + part.h * theta, lanes.y_stage, w.g)
+        with code.each(lanes.n_events) as e:
             touched.value = touched.value | _take_sample(lanes, e, theta, used)
     return touched.value
 

@@ -351,6 +351,7 @@ def start_members(lanes: Lanes, begin: Callable[[Lanes], Value]) -> None:
     for column in COLUMNS:
         lanes.set_own(column, 0.0)
     lanes.set_own("t", t)
+    lanes.set_own("last_event", t)
     lanes.set_own("pivot", float("inf"))
     lanes.set_own("active", 1.0)
     with code.when(code.compare("ne", lanes.watch_energy, 0)):
@@ -370,7 +371,7 @@ def _resume_members(lanes: Lanes, begin: Callable[[Lanes], Value]) -> None:
         kinetic, potential, work = evaluate_energy(lanes, t, lanes.y)
         for column, value in (
             ("level", kinetic + potential - work), ("kinetic", code.size(kinetic)), ("least_potential", potential),
-            ("most_potential", potential),
+            ("most_potential", potential), ("last_event", t),
         ):  # fmt: skip
             lanes.set_own(column, value, first)
     for column in _BEGIN_ANEW:

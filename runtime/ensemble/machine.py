@@ -39,12 +39,14 @@ composition = Late("symgen.runtime.ensemble.composition")
 rattle = Late("symgen.runtime.ensemble.rattle")
 
 _READ = (
+    "after_step.py",
     "composition.py",
     "explicit/dop853.py",
     "explicit/tableau.py",
     "jacobian.py",
     "linear.py",
     "newton.py",
+    "plain_events.py",
     "radau/coefficients.py",
     "radau/loop.py",
     "radau/newton.py",

@@ -51,7 +51,9 @@ COLUMNS = (
     "h", "last_rejected", "active", "round_off", "shorter", "varied", "reach", "far", "before", "grid",
     # Of events: whether sides are known, the last one's number from 1 on, the one of a step, whether that is for a run
     # of its own; resets so far, the time of the last one, and between the first two; the longest step.
+    # The time of the last event, and between the last two, or since then of the longest step.
     "armed", "fired", "next_event", "leaves", "resets", "last_reset", "first_flight", "longest",
+    "last_event", "eventless",
     # Whether the member has begun before it took its lane.
     "begun",
     # How far gaps of stops were below zero, in parts of what tolerances allow.

@@ -17,7 +17,7 @@ from symgen.runtime.integrate.loop import all_finite, copy
 
 # Addresses: those behind FIRST_RESET are the kernels of resets, in the order of the events; 0 for other actions.
 ADVANCE, EVENTS, RHS, ENERGY, MASS, FORCES, SWITCHES, JACOBIAN, RESIDUAL, GAMMA, FIRST_RESET = range(11)
-RECORDS, RESETS, TERMINATES = range(3)  # what an event of the model's own does
+RECORDS, RESETS, TERMINATES, BY_PYTHON = range(4)  # what an event of the model's own does
 # What becomes of an event.
 ACTED, NOT_PLAIN, PILES_UP, ENDS = range(4)
 ZENO = 10  # status of `advance_over_events`: acted on, and events pile up at `sums[ACCUMULATION]`
@@ -182,6 +182,8 @@ def act(loop, after):
         return NOT_PLAIN
     if event < n_own and after.actions[event] == TERMINATES:
         return ENDS
+    if event < n_own and after.actions[event] == BY_PYTHON:
+        return NOT_PLAIN
     n = loop.sizes[at.NQ] + loop.sizes[at.NV]
     copy(loop.y[:n], after.before)
     call_kernel(after.addresses[EVENTS], loop.control[at.T], loop.y, loop.p, after.values)
@@ -196,8 +198,6 @@ def act(loop, after):
     energy = total_energy(loop, after)
     against = False
     if event < n_own:
-        if after.constraints.shape[0] > 0:
-            return NOT_PLAIN  # they may be left where a reset leads
         against = moves_against(event, loop, after)
         for k in range(n):
             after.moved[k] = 0.0
@@ -344,6 +344,8 @@ def renew_bands(event, loop, after):
         band = after.floor[e]
         if e == event:
             band += abs(after.g[e])
+        if is_jump(e, loop):
+            band = max(band, NOTHING * largest(loop))
         loop.control[at.N_CONTROL + at.FLOOR * ne + e] = after.floor[e]
         if not math.isinf(loop.control[at.N_CONTROL + at.BAND * ne + e]):
             loop.control[at.N_CONTROL + at.BAND * ne + e] = band
@@ -384,9 +386,26 @@ def arm(event, has_fired, loop, after):
             if fired:
                 sunk *= 2.0  # what sinks although its rates rise fires a few times, not for ever
             band = max(floor, band_of(e - n_own, loop, after)) + sunk
+        if is_jump(e, loop):
+            band = max(band, NOTHING * largest(loop))
         loop.control[at.N_CONTROL + at.FLOOR * ne + e] = floor
         loop.control[at.N_CONTROL + at.BAND * ne + e] = band
         loop.control[side_at] = sign(g) if abs(g) > band else at.LEANING * lean
+
+
+@jitted
+def is_jump(event, loop):
+    """Whether an event is that of a choice which a force makes."""
+    return loop.control[at.N_CONTROL + at.BRANCH * loop.sizes[at.NE] + event] > 0.0
+
+
+@jitted
+def largest(loop):
+    """Return the largest magnitude of coordinates and rates."""
+    found = 0.0
+    for k in range(loop.sizes[at.NQ] + loop.sizes[at.NV]):
+        found = max(found, abs(loop.y[k]))
+    return found
 
 
 @jitted

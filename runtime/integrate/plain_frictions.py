@@ -2,8 +2,10 @@
 
 It is what `event_actions.py`, `contact/lone_friction.py` and `LoopArrays.change_form` do of such an event, which take a
 hundred times as long; and what `contact/switching.py` does of an impact on a stop, which is open or closed behind that,
-and of its release, while what else is closed or sticks has nothing to do with it. All else is left to them: several
-that are held and move each other, resets beside what is held, events that end the run.
+and of its release. What else is closed or sticks may have nothing to do with it, or goes on being held by forces that
+are far from their limits: as frictions follow no reactions there is one answer to what is held, and forces that keep
+all of it from moving, and are allowed, are it. All else is left to them: blows that several closed stops share,
+several that let go at one instant, events that end the run.
 """
 
 import math
@@ -23,6 +25,7 @@ from symgen.runtime.integrate.plain_events import (
     ADVANCE,
     CHANGE,
     CLEAR,
+    DEPENDENT,
     EPS,
     EVENT,
     EVENTS,
@@ -31,12 +34,14 @@ from symgen.runtime.integrate.plain_events import (
     GAMMA,
     IS_ADAPTIVE,
     JACOBIAN,
+    LAST_RESET,
     LED,
     MASS,
     MAY_JUMP,
     N_LOG,
     NEXT_FRAME,
     ON_CONSTRAINTS,
+    PART_OF_FLIGHT,
     PLAINLY,
     RECORDS,
     RESET_ENERGY,
@@ -57,7 +62,6 @@ from symgen.runtime.integrate.plain_events import (
     heading_of,
     is_at_break,
     look_for_pile,
-    moves_against,
     sign,
     solve,
     total_energy,
@@ -77,6 +81,9 @@ NOT_KNOWN, GOES_ON, OTHER_SETTINGS, GOES_ON_AS_IT_WAS, PILES_UP = range(5)
 # As in `contact/instant.py`, `event_actions.py`.
 UNDECIDED, BALANCED, ROUNDED, LIMIT_ROUNDED, LITTLE = 1e-9, 1e-6, 1e-13, 1e-10, 1e-7
 CHANGES = 1e-11  # as in `contact/switching.py`: of the largest acceleration, in a moment, more than round-off
+# In `acting`: no part; a force that balances; a friction that takes all it can, and slides. TRIES: for each of them.
+NO_PART, BALANCES, AT_LIMIT = range(3)
+TRIES = 4
 ANGLE = -1  # in `groups`: a coordinate whose size is 1
 
 
@@ -120,7 +127,9 @@ class Frictions(NamedTuple):
     jacobian, residual, speeds, gamma : ndarray, shapes (n * nv,), (s + n,), (n,), (n,)
     mass, inertia, response, compliance : ndarray, shapes (nv * nv,), (nv,), (n, nv), (n, n)
     rates, change, free : ndarray, shapes (nv,), (nv,), (n,)
-    part : ndarray of int64, shape (n,)
+    part, acting : ndarray of int64, shape (n,)
+    force, gram, right : ndarray, shapes (n,), (n * n,), (n,)
+        Of what is held together: forces, factors of the compliance of what acts, and what these are solved with.
     """
 
     addresses: np.ndarray
@@ -175,6 +184,10 @@ class Frictions(NamedTuple):
     change: np.ndarray
     free: np.ndarray
     part: np.ndarray
+    acting: np.ndarray
+    force: np.ndarray
+    gram: np.ndarray
+    right: np.ndarray
 
 
 @jitted
@@ -266,10 +279,10 @@ def act(loop, own):
 
 @jitted
 def act_on_own(event, loop, own):
-    """Act on an event of the model's own: one that records, or resets where nothing is held or touches behind it."""
+    """Act on an event of the model's own: one that records, or resets and leaves what is held as it is."""
     nq, nv, t = loop.sizes[at.NQ], loop.sizes[at.NV], loop.control[at.T]
     something_held, action = own.counts[IS_HELD] != 0, own.actions[event]
-    if something_held and (action != RECORDS or own.counts[MAY_JUMP]):
+    if something_held and (own.counts[MAY_JUMP] or some_rest(loop, own)):
         return NOT_KNOWN
     find_events(t, loop.y, loop, own, own.values)
     if own.counts[MAY_JUMP] and has_jumped(event, loop, own):
@@ -292,7 +305,8 @@ def act_on_own(event, loop, own):
     write_settings(own.kept, own)
     copy(own.moved, loop.y)
     find_rows(t, loop.y, own)
-    if some_rest(loop, own) or not are_open(-1, loop, own) or not slide(-1, loop, own):
+    is_known = not some_rest(loop, own) and are_open(-1, loop, own) and slide(-1, loop, own)
+    if not is_known or (something_held and not stay_held(loop, own)):
         put_back(loop, own)
         return NOT_KNOWN
     note_gaps(loop, own)
@@ -302,6 +316,56 @@ def act_on_own(event, loop, own):
     if look_for_pile(event, against, loop, own):
         return PILES_UP
     return OTHER_SETTINGS if changed else GOES_ON
+
+
+@jitted
+def moves_against(event, loop, own):
+    """Whether an event moves against the direction that it waits for: `EventActions._against_direction`."""
+    t, last = loop.control[at.T], own.sums[LAST_RESET]
+    dt = PART_OF_FLIGHT * (t - last) if last == last else 0.0
+    if dt == 0.0:
+        return False
+    find_slope(loop, own)
+    find_events_ahead(-dt, loop, own)
+    before = own.other[event]
+    find_events_ahead(dt, loop, own)
+    return own.directions[event] * (own.other[event] - before) < 0.0
+
+
+@jitted
+def find_slope(loop, own):
+    """Write the derivative of the present state in the form that applies to `slope`."""
+    n, t = own.slope.shape[0], loop.control[at.T]
+    if own.counts[IS_HELD]:
+        call_kernel(own.addresses[HELD_RHS], t, loop.y, own.held_p, own.held_row)
+        copy(own.held_row[:n], own.slope)
+    else:
+        call_kernel(own.addresses[RHS], t, loop.y, loop.p, own.row)
+        copy(own.row[:n], own.slope)
+
+
+@jitted
+def find_events_ahead(dt, loop, own):
+    """Write the event functions where the slope leads in a time `dt` to `other`."""
+    for j in range(own.slope.shape[0]):
+        own.moved[j] = loop.y[j] + dt * own.slope[j]
+    find_events(loop.control[at.T] + dt, own.moved, loop, own, own.other)
+
+
+@jitted
+def stay_held(loop, own):
+    """Hold on behind a reset which has not moved what is held; whether that is so, and clear."""
+    n_stops = own.closed.shape[0]
+    for k in range(own.speeds.shape[0]):
+        if is_held(k, own) and not abs(own.speeds[k]) <= slow(k, loop, own):
+            return False
+        # Gaps are in `switches` since it was looked which are open.
+        if k < n_stops and is_held(k, own) and not abs(own.switches[2 * k]) <= gap_tolerance(k, loop, own):
+            return False
+    if not hold_on(loop, own):
+        return False
+    bring_to_rest(loop, own)
+    return others_are_free(-1, own) or can_be_held(loop, own)
 
 
 @jitted
@@ -393,25 +457,6 @@ def some_rest(loop, own):
 
 
 @jitted
-def is_apart(i, loop, own):
-    """Whether what else is held has nothing to do with a row, to the last bit, and is far from letting go.
-
-    Then that stays held, whatever becomes of the row, which does what it would do if nothing were. `values` are those
-    of the events: the force of a closed stop, and what a friction that sticks could still take.
-    """
-    n, nv = own.speeds.shape[0], loop.sizes[at.NV]
-    for k in range(n):
-        if k == i or not is_held(k, own):
-            continue
-        if own.compliance[i, k] != 0.0 or own.compliance[k, i] != 0.0:
-            return False
-        small = 2.0 * max(rounded(k, nv, own), UNDECIDED * largest_free(k, own))
-        if not own.compliance[k, k] * own.values[own.values.shape[0] - n + k] > small:
-            return False
-    return True
-
-
-@jitted
 def write_settings(values, own):
     """Write which frictions stick, in which directions they slide, and which stops are closed."""
     n = own.stuck.shape[0]
@@ -447,8 +492,10 @@ def settle(k, loop, own):
     own.p[own.stuck[k]] = own.p[own.sense[k]] = 0.0
     if not find_dynamics(loop.control[at.T], loop.y, loop, own):
         return False
-    if not own.compliance[i, i] > LED * alone(i, nv, own) or not is_apart(i, loop, own):
+    if not own.compliance[i, i] > LED * alone(i, nv, own):
         return False
+    if not others_are_free(i, own):
+        return settle_among_others(k, was_stuck, sense, loop, own)
     speed, compliance = own.speeds[i], own.compliance[i, i]
     for j in range(nv):
         own.change[j] = own.response[i, j]
@@ -464,6 +511,217 @@ def settle(k, loop, own):
         return can_be_held(loop, own)
     own.p[own.sense[k]] = onset
     return was_stuck or onset != sense
+
+
+@jitted
+def settle_among_others(k, was_stuck, sense, loop, own):
+    """Do what `settle` does, beside what is held and moves with the friction: `Holding._settle`."""
+    i = own.closed.shape[0] + k
+    onset = onset_among_others(k, loop, own)
+    if not math.isfinite(onset) or (onset == 0.0 and was_stuck):
+        return False
+    if not let_slip(i, loop, own):
+        return False
+    own.p[own.stuck[k]], own.p[own.sense[k]] = 1.0 if onset == 0.0 else 0.0, onset
+    if not hold_on(loop, own) or (onset == 0.0 and not is_held(i, own)):
+        return False
+    if onset != 0.0 and not onset * acceleration(i, own) > -UNDECIDED * largest_free(i, own):
+        return False
+    bring_to_rest(loop, own)
+    return can_be_held(loop, own) and (was_stuck or onset != sense)
+
+
+@jitted
+def onset_among_others(k, loop, own):
+    """Return in which direction a friction begins to slide, 0 where it sticks; nan where that is not clear."""
+    i, t = own.closed.shape[0] + k, loop.control[at.T]
+    take_part(i, own)
+    if not find_limited_forces(t, loop.y, loop, own):
+        return math.nan
+    most, force = level(k, t, loop.y, loop, own), own.force[i]
+    if abs(force) < (1.0 - 2.0 * LIMIT_ROUNDED) * most:
+        return 0.0
+    pull = acceleration(i, own)
+    if abs(pull) <= UNDECIDED * largest_free(
+        i, own
+    ):  # at its limit, which it may be about to leave on either side
+        if not are_clear(i, t, loop.y, loop, own):
+            return math.nan
+        t = look_ahead_by_forces(loop, own)
+        if not find_dynamics(t, own.moved, loop, own):
+            return math.nan
+        take_part(i, own)
+        if not find_limited_forces(t, own.moved, loop, own) or not are_clear(i, t, own.moved, loop, own):
+            return math.nan
+        most, force = level(k, t, own.moved, loop, own), own.force[i]
+        if abs(force) < (1.0 - 2.0 * LIMIT_ROUNDED) * most:
+            return 0.0
+    return -sign(force) if force != 0.0 else sign(pull)
+
+
+@jitted
+def hold_on(loop, own):
+    """Find the forces of all that is held, and let frictions slide that would have to take too much.
+
+    Whether that is clear: what begins to slide has its sliding friction, which the others must bear.
+    """
+    t = loop.control[at.T]
+    for _ in range(own.stuck.shape[0] + 1):
+        if not find_dynamics(t, loop.y, loop, own):
+            return False
+        take_part(-1, own)
+        if not find_limited_forces(t, loop.y, loop, own):
+            return False
+        if are_clear(-1, t, loop.y, loop, own):
+            return True
+        if not let_slip(-1, loop, own):
+            return False
+    return False
+
+
+@jitted
+def let_slip(but, loop, own):
+    """Let all frictions at their limit slide, but one; whether it is clear that they do."""
+    n_stops = own.closed.shape[0]
+    for k in range(n_stops, own.acting.shape[0]):
+        if k != but and own.acting[k] == AT_LIMIT:
+            small = 2.0 * max(rounded(k, loop.sizes[at.NV], own), UNDECIDED * largest_free(k, own))
+            onset = -sign(own.force[k])
+            if not onset * acceleration(k, own) > small:
+                return False
+            own.p[own.stuck[k - n_stops]], own.p[own.sense[k - n_stops]] = 0.0, onset
+    return True
+
+
+@jitted
+def take_part(i, own):
+    """Mark in `acting` what is held, and one more unless it is -1; the forces of others are none."""
+    for k in range(own.acting.shape[0]):
+        own.acting[k] = BALANCES if k == i or is_held(k, own) else NO_PART
+        own.force[k] = 0.0
+
+
+@jitted
+def find_limited_forces(t, y, loop, own):
+    """Write the forces of what acts to `force`, those of frictions no larger than they can be; whether they are found.
+
+    Those at their limit are marked in `acting`; they are so as long as what they act on slides against them.
+    """
+    n_stops, n = own.closed.shape[0], own.acting.shape[0]
+    for _ in range(TRIES * n):
+        if not find_forces(own):
+            return False
+        worst, most = -1, 0.0
+        for k in range(n_stops, n):
+            if own.acting[k] == BALANCES:
+                beyond = abs(own.force[k]) - level(k - n_stops, t, y, loop, own)
+                if own.compliance[k, k] * beyond > most:
+                    worst, most = k, own.compliance[k, k] * beyond
+        if worst >= 0:
+            own.force[worst] = sign(own.force[worst]) * level(worst - n_stops, t, y, loop, own)
+            own.acting[worst] = AT_LIMIT
+            continue
+        for k in range(n_stops, n):
+            if own.acting[k] == AT_LIMIT and acceleration(k, own) * own.force[k] > 0.0:
+                own.acting[k], worst = BALANCES, k
+        if worst < 0:
+            return True
+    return False
+
+
+@jitted
+def find_forces(own):
+    """Write the forces by which what balances is not accelerated to `force`; whether they are unique.
+
+    The forces of others are as `force` has them.
+    """
+    n, m = own.acting.shape[0], 0
+    for k in range(n):
+        m += 1 if own.acting[k] == BALANCES else 0
+    row = 0
+    for k in range(n):
+        if own.acting[k] != BALANCES:
+            continue
+        own.right[row], column = -own.free[k], 0
+        for j in range(n):
+            if own.acting[j] == BALANCES:
+                own.gram[row * m + column] = own.compliance[k, j]
+                column += 1
+            else:
+                own.right[row] -= own.compliance[k, j] * own.force[j]
+        row += 1
+    if not factor(m, own.gram, DEPENDENT):
+        return False
+    solve(m, own.gram, own.right)
+    spread(own.force, own)
+    return all_finite(own.force, n)
+
+
+@jitted
+def spread(values, own):
+    """Write what was solved for to the places of what balances."""
+    row = 0
+    for k in range(own.acting.shape[0]):
+        if own.acting[k] == BALANCES:
+            values[k] = own.right[row]
+            row += 1
+
+
+@jitted
+def acceleration(i, own):
+    """Return the acceleration of a gap or sliding under `force`."""
+    total = own.free[i]
+    for k in range(own.force.shape[0]):
+        total += own.compliance[i, k] * own.force[k]
+    return total
+
+
+@jitted
+def are_clear(but, t, y, loop, own):
+    """Whether the forces of what acts, but one, are far from where it lets go: what is zero, what friction can take."""
+    n_stops, nv = own.closed.shape[0], loop.sizes[at.NV]
+    for k in range(own.acting.shape[0]):
+        if k == but or own.acting[k] == NO_PART:
+            continue
+        if own.acting[k] == AT_LIMIT:
+            return False
+        left = own.force[k]
+        if k >= n_stops:
+            left = level(k - n_stops, t, y, loop, own) - abs(own.force[k])
+        small = 2.0 * max(rounded(k, nv, own), UNDECIDED * largest_free(k, own))
+        if not own.compliance[k, k] * left > small:
+            return False
+    return True
+
+
+@jitted
+def bring_to_rest(loop, own):
+    """Take what is left of the speeds of what is held: `LocalDynamics.holding`; factors are those of `find_forces`."""
+    nq, nv, n, m = loop.sizes[at.NQ], loop.sizes[at.NV], own.acting.shape[0], 0
+    for k in range(n):
+        if own.acting[k] == BALANCES:
+            own.right[m] = -own.speeds[k]
+            m += 1
+    solve(m, own.gram, own.right)
+    spread(own.force, own)
+    for k in range(n):
+        if own.acting[k] == BALANCES:
+            for j in range(nv):
+                loop.y[nq + j] += own.response[k, j] * own.force[k]
+
+
+@jitted
+def look_ahead_by_forces(loop, own):
+    """Write the state a moment later under `force` to `moved`; returns its time: `Instant._later`."""
+    nv, largest = loop.sizes[at.NV], 0.0
+    for j in range(nv):
+        largest = max(largest, abs(own.rates[j]))
+    for j in range(nv):
+        change = own.rates[j]
+        for k in range(own.force.shape[0]):
+            change += own.response[k, j] * own.force[k]
+        own.slope[j] = change if abs(change) > UNDECIDED * largest else 0.0
+    return move_ahead(loop, own)
 
 
 @jitted
@@ -500,7 +758,10 @@ def strike(i, loop, own):
     Frictions of given size are bounded forces, and take no part. Returns whether that is all that happens.
     """
     nq, nv, t = loop.sizes[at.NQ], loop.sizes[at.NV], loop.control[at.T]
-    if not find_dynamics(t, loop.y, loop, own) or not are_open(i, loop, own) or not is_apart(i, loop, own):
+    if not find_dynamics(t, loop.y, loop, own) or not are_open(i, loop, own):
+        return False
+    is_alone = others_are_free(i, own)
+    if some_closed_share(i, own):
         return False
     closing, restitution = own.speeds[i], own.switches[2 * i + 1]
     if not (closing < 0.0 and 0.0 <= restitution <= 1.0) or not own.compliance[i, i] > LED * alone(
@@ -511,8 +772,11 @@ def strike(i, loop, own):
     for j in range(nv):
         loop.y[nq + j] += own.response[i, j] * impulse
     find_rows(t, loop.y, own)
+    tear_off(loop, own)
     if not slide(-1, loop, own) or not find_dynamics(t, loop.y, loop, own):
         return False
+    if not is_alone:
+        return land_among_others(i, loop, own)
     # Whether it opens so far that the run sees it: `Holding._landed`.
     free, speed = own.free[i], own.speeds[i]
     flight = max(speed, 0.0) ** 2
@@ -520,6 +784,47 @@ def strike(i, loop, own):
     if speed > slow(i, loop, own) and (free >= 0.0 or excess > PLAINLY * flight):
         return True  # nothing presses it shut, or too late
     return excess < -PLAINLY * flight and rest(i, loop, own)
+
+
+@jitted
+def some_closed_share(i, own):
+    """Whether a blow on a stop is one on stops that are closed, too."""
+    for k in range(own.closed.shape[0]):
+        if k != i and is_held(k, own) and own.compliance[i, k] != 0.0:
+            return True
+    return False
+
+
+@jitted
+def tear_off(loop, own):
+    """Let frictions slide that stuck and have a speed behind a blow, which rubs on none."""
+    n_stops = own.closed.shape[0]
+    for j in range(own.stuck.shape[0]):
+        if own.p[own.stuck[j]] != 0.0 and abs(own.speeds[n_stops + j]) > slow(n_stops + j, loop, own):
+            own.p[own.stuck[j]] = 0.0
+
+
+@jitted
+def land_among_others(i, loop, own):
+    """Close a stop behind a blow, or let it fly, beside what is held and moves with it; whether either is clear."""
+    t, height = loop.control[at.T], gap_tolerance(i, loop, own)
+    take_part(i, own)
+    if not find_limited_forces(t, loop.y, loop, own):
+        return False
+    pull = own.compliance[i, i] * own.force[i]
+    take_part(-1, own)
+    if not find_limited_forces(t, loop.y, loop, own):
+        return False
+    fall, speed, flight = -acceleration(i, own), own.speeds[i], max(own.speeds[i], 0.0) ** 2
+    least, most = flight - 2.0 * max(pull, fall) * height, flight - 2.0 * min(pull, fall) * height
+    if not (speed > slow(i, loop, own) and (max(pull, fall) <= 0.0 or least > PLAINLY * flight)):
+        if not most < -PLAINLY * flight:
+            return False
+        own.p[own.closed[i]] = 1.0
+    if not hold_on(loop, own):
+        return False
+    bring_to_rest(loop, own)
+    return others_are_free(-1, own) or can_be_held(loop, own)
 
 
 @jitted
@@ -560,10 +865,10 @@ def release(i, loop, own):
     if not slide(-1, loop, own) or not find_dynamics(t, loop.y, loop, own) or not are_open(i, loop, own):
         return False
     free, speed = own.free[i], own.speeds[i]
-    if not is_apart(i, loop, own):
-        return False
     if not own.compliance[i, i] > LED * alone(i, nv, own) or is_closing(speed, loop, own):
         return False
+    if not others_are_free(i, own):
+        return release_among_others(i, loop, own)
     small, size = UNDECIDED * largest_free(i, own), abs(free)
     if not size > small:
         if not opens_soon(i, loop, own):
@@ -575,6 +880,29 @@ def release(i, loop, own):
         return False  # it presses on
     own.p[own.closed[i]] = 0.0
     return True
+
+
+@jitted
+def release_among_others(i, loop, own):
+    """Open a stop whose force has come to zero, beside what is held and moves with it; whether it clearly opens."""
+    speed = own.speeds[i]
+    own.p[own.closed[i]] = 0.0
+    if not hold_on(loop, own):
+        return False
+    rise, small = acceleration(i, own), UNDECIDED * largest_free(i, own)
+    if not rise > small:
+        least = CHANGES * largest_free(i, own)
+        if not (abs(rise) <= small and abs(speed) <= slow(i, loop, own)):
+            return False
+        t = look_ahead_by_forces(loop, own)
+        if not find_dynamics(t, own.moved, loop, own) or not find_forces(own):
+            return False
+        if not (are_clear(-1, t, own.moved, loop, own) and acceleration(i, own) - rise > least):
+            return False
+        if not hold_on(loop, own):
+            return False
+    bring_to_rest(loop, own)
+    return others_are_free(-1, own) or can_be_held(loop, own)
 
 
 @jitted
@@ -694,8 +1022,6 @@ def onset_of(k, loop, own):
     if abs(pull) <= max(small, balanced) and abs(force) < (1.0 - 2.0 * LIMIT_ROUNDED) * most:
         return 0.0
     if abs(pull) <= small:  # at its limit, which it may be about to leave on either side
-        if not others_are_free(i, own) and own.held_p[own.stuck[k]] == 0.0:
-            return math.nan  # what moves beside it under this force is not known
         t = look_ahead(i, force, loop, own)
         if not find_dynamics(t, own.moved, loop, own) or not own.compliance[i, i] > 0.0:
             return math.nan
@@ -745,8 +1071,14 @@ def largest_free(k, own):
 @jitted
 def look_ahead(i, force, loop, own):
     """Write the state a moment later, with a force in a row, to `moved`; returns its time: `Instant._later`."""
-    nq, nv = loop.sizes[at.NQ], loop.sizes[at.NV]
     find_change(i, force, loop, own)
+    return move_ahead(loop, own)
+
+
+@jitted
+def move_ahead(loop, own):
+    """Write the state a moment later under the accelerations `slope` to `moved`; returns its time."""
+    nq, nv = loop.sizes[at.NQ], loop.sizes[at.NV]
     ahead = LITTLE * find_moment(loop, own)
     for j in range(nv):
         own.moved[j] = loop.y[j] + ahead * loop.y[nq + j]
@@ -756,18 +1088,12 @@ def look_ahead(i, force, loop, own):
 
 @jitted
 def find_change(i, force, loop, own):
-    """Write the accelerations with a force in a row to `slope`, but for those that are balanced.
-
-    Where others are held, those of the form that applied up to here, in which the row has this force.
-    """
-    nq, nv, largest = loop.sizes[at.NQ], loop.sizes[at.NV], 0.0
+    """Write the accelerations with a force in a row to `slope`, but for those that are balanced."""
+    nv, largest = loop.sizes[at.NV], 0.0
     for j in range(nv):
         largest = max(largest, abs(own.rates[j]))
-    alone = others_are_free(i, own)
-    if not alone:
-        call_kernel(own.addresses[HELD_RHS], loop.control[at.T], loop.y, own.held_p, own.held_row)
     for j in range(nv):
-        change = own.rates[j] + own.response[i, j] * force if alone else own.held_row[nq + j]
+        change = own.rates[j] + own.response[i, j] * force
         own.slope[j] = change if abs(change) > ROUNDED * largest else 0.0
 
 
@@ -821,12 +1147,7 @@ def find_floor(loop, own):
     find_events(t, loop.y, loop, own, own.g)
     for e in range(ne):
         own.floor[e] = 0.0
-    if held:
-        call_kernel(own.addresses[HELD_RHS], t, loop.y, own.held_p, own.held_row)
-        copy(own.held_row[:n], own.slope)
-    else:
-        call_kernel(own.addresses[RHS], t, loop.y, loop.p, own.row)
-        copy(own.row[:n], own.slope)
+    find_slope(loop, own)
     copy(loop.y[:n], own.moved)
     find_events(t + dt, own.moved, loop, own, own.other)
     add_change(own)
@@ -835,9 +1156,7 @@ def find_floor(loop, own):
         find_events(t, own.moved, loop, own, own.other)
         add_change(own)
         own.moved[j] = loop.y[j]
-    for j in range(n):
-        own.moved[j] = loop.y[j] + dt * own.slope[j]
-    find_events(t + dt, own.moved, loop, own, own.other)
+    find_events_ahead(dt, loop, own)
     add_change(own)
     for e in range(ne):
         if not math.isfinite(own.floor[e]):

@@ -1,8 +1,8 @@
 """What follows where a force goes over to another branch, at a jump or a kink, in machine code.
 
-It is what `EventActions._change_branches` does, which takes fifty times as long. All else is left to Python: several
-events at one instant, events of the model's own, a choice that has jumped with what it compares, or stays at zero, and
-a force that pushes to its jump from both sides.
+It is what `EventActions._change_branches` does, which takes fifty times as long; beside it, events of the model's own
+and impacts are those of `plain_events`. All else is left to Python: several events at one instant, a choice that has
+jumped with what it compares, or stays at zero, and a force that pushes to its jump from both sides.
 """
 
 import math
@@ -15,18 +15,26 @@ from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.loop import copy
 from symgen.runtime.integrate.plain_events import (
+    ACTED,
     AHEAD,
     BEGINNING,
     CLEAR,
+    N_LOG,
     NOTHING,
+    PILES_UP,
+    RECORDS,
+    ZENO,
     fired_alone,
     has_room,
     is_at_break,
+    is_jump,
+    largest,
     sign,
 )
+from symgen.runtime.integrate.plain_events import act as act_on_event
 
 ADVANCE, EVENTS, RHS = range(3)  # in `addresses`
-N_JUMPS, FIRST_BRANCH, IS_MULTISTEP, LOOKS_FOR_CHOICES, HOLDS_ALL = range(5)  # in `counts`
+N_JUMPS, FIRST_BRANCH, IS_MULTISTEP, LOOKS_FOR_CHOICES, HOLDS_ALL, IS_UNDECIDED = range(6)  # in `counts`
 BACK, JUMPED, PART_OF_RISE = 1e-6, 1e6, 1e-3  # as in `event_actions.py`
 
 
@@ -39,8 +47,9 @@ class Jumps(NamedTuple):
         The step loop's, and those of kernels that take a precomputed `p`.
     block, result : ndarray
         Of the step loop's `CallBlock`.
-    counts : ndarray of int64, shape (5,)
-        HOLDS_ALL: whether the loop is the one for branches of which none is 0.
+    counts : ndarray of int64, shape (6,)
+        HOLDS_ALL: whether the loop is the one for branches of which none is 0. IS_UNDECIDED: whether Python is to
+        choose branches of what is at zero behind an event.
     events : ndarray of int64, shape (n,)
         Which events are jumps.
     p, branched : ndarray
@@ -84,6 +93,57 @@ def advance_over_jumps(loop, own):
             return status
         if not has_room(last, loop) or needs_another_loop(own):
             return at.RUNNING
+
+
+@jitted
+def advance_over_jumps_and_events(loop, plain, own, after):
+    """Do the same, and act on plain events beside jumps.
+
+    Parameters
+    ----------
+    plain : Loop
+        The same with `own.p`, whose choices are looked at as they are.
+    after : After
+
+    Returns
+    -------
+    int
+        Also ZENO.
+    """
+    n_own = after.actions.shape[0]
+    last = loop.counters[at.STEPS] + loop.counters[at.MAX_STEPS_PER_CALL]
+    while True:
+        call_kernel(own.addresses[ADVANCE], 0.0, own.block, own.block, own.result)
+        status = int(own.result[0])
+        if status != at.EVENT or is_at_break(loop):
+            return status
+        event = fired_alone(loop)
+        if event < 0:
+            return status
+        if is_jump(event, loop):
+            if not act(loop, own):
+                return status
+        else:
+            done = act_on_event(plain, after)
+            if done != ACTED:
+                return ZENO if done == PILES_UP else status
+            if event >= n_own or after.actions[event] != RECORDS:
+                take_sides(loop, own)
+        if not has_room(last, loop) or after.counts[N_LOG] >= after.log.shape[0] or needs_another_loop(own):
+            return at.RUNNING
+        if own.counts[IS_UNDECIDED]:
+            return at.RUNNING
+
+
+@jitted
+def take_sides(loop, own):
+    """Let forces go on along the branches of the sides that an event has left: `LoopArrays.take_branches`."""
+    ne = loop.sizes[at.NE]
+    for j in range(own.events.shape[0]):
+        own.after[j] = sign(loop.control[at.N_CONTROL + at.SIDE * ne + own.events[j]])
+        loop.p[own.counts[FIRST_BRANCH] + j] = own.after[j]
+        if own.after[j] == 0.0:
+            own.counts[IS_UNDECIDED] = 1
 
 
 @jitted
@@ -186,12 +246,3 @@ def rise(event, loop, own):
     call_kernel(own.addresses[EVENTS], t + dt, own.ahead, own.p, own.last)
     call_kernel(own.addresses[EVENTS], t, loop.y, own.p, own.first)
     return own.last[event] - own.first[event]
-
-
-@jitted
-def largest(loop):
-    """Return the largest magnitude of coordinates and rates."""
-    found = 0.0
-    for j in range(loop.sizes[at.NQ] + loop.sizes[at.NV]):
-        found = max(found, abs(loop.y[j]))
-    return found

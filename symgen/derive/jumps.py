@@ -236,7 +236,7 @@ class _Branches:
         )
         place = algebra.Rational(7, 2) - 2 * s - s * c - s * c * d / 2  # floor(u) modulo 8
         held = place + 8 * floor((u - place) / 8 + algebra.Rational(7, 16))
-        return branch(s * c * d, held, branch(-s * c * d, held, floor(u)))
+        return branch(s * c * d, held, branch(-s * c * d, held, _rounded_floor(u)))
 
     def _side(self, argument: algebra.Expr, e: algebra.Expr) -> algebra.Symbol:
         """The setting of an argument; its event says where it stands."""
@@ -246,7 +246,11 @@ class _Branches:
                 name += "_"
             self._known[argument] = algebra.Symbol(f"branch {len(self.settings)}")
             self.settings.append(self._known[argument].name)
-            self.events.append(Event(name, argument, "both", ACTION, says=f"{_shown(e)} in {self._where}"))
+            self.events.append(
+                Event(
+                    name, _with_rounded_floors(argument), "both", ACTION, says=f"{_shown(e)} in {self._where}"
+                )
+            )
         return self._known[argument]
 
     def _define(self, name: str, power: float) -> None:
@@ -327,6 +331,21 @@ def _wave(z: algebra.Expr) -> algebra.Expr:
     """
     n = z - 2 * settled(z / 2, evaluate=False) - 1
     return 4 * n * (algebra.Abs(n, evaluate=False) - 1)
+
+
+def _rounded_floor(u: algebra.Expr) -> algebra.Expr:
+    """floor(u) with the digits of its waves: to these -1e-40 is zero, as round-off of a start at rest may be."""
+    return floor(u + 8, evaluate=False) - 8
+
+
+def _with_rounded_floors(e: algebra.Expr) -> algebra.Expr:
+    """An argument whose floors are on no side of whole numbers before the waves that hold them are."""
+    if not e.args:
+        return e
+    args = [_with_rounded_floors(x) for x in e.args]
+    if e.func is floor:
+        return _rounded_floor(*args)
+    return e if tuple(args) == e.args else e.func(*args)
 
 
 def _has(expression: algebra.Expr) -> bool:
