@@ -37,12 +37,11 @@ from .windings import winding_function
 LARGEST_TREE_TRIED_ALL_WAYS = 8
 # Numbers in a state; beyond, the derivatives of the virtual power are always cheapest.
 LARGEST_TRIED_ALL_WAYS = 60
-# Operations of a residual, in all and for each number in a state; beyond, elimination is always cheapest. Of chains of
-# bodies, whose derivatives are dense and made of what hangs below each, it makes up to twice as many operations.
-LONGEST_TRIED_ALL_WAYS, LONGEST_OF_A_STATE = 2000, 60
-LONGEST_SWEPT = (
-    1000  # the same of one with choices whose other side may break: sweeps go through each by itself
-)
+# Operations of a residual, in all and for each number in a state; beyond, elimination is always cheapest. Of plane
+# chains of bodies, whose derivatives are dense and follow from what hangs below each, it makes up to three times more.
+LONGEST_TRIED_ALL_WAYS, LONGEST_OF_A_STATE = 2000, 30
+# The same of one with choices whose other side may break: sweeps go through each of them by itself.
+LONGEST_SWEPT = 1000
 
 
 def derive(
