@@ -20,15 +20,15 @@ from .judging import attempt
 from .models import bundled
 from .scenario import REFUSED, RIGHT, WRONG, Outcome, Scenario
 
-# Models whose numbers all have units; the others are without dimensions, or have numbers in their expressions.
+# Models whose numbers all have units, without guesses of lengths or rates, which a run cannot give.
 _NAMES = (
     "block_on_plate", "bouncing_ball", "bricard", "cart_pole", "damped_spring_pendulum", "die",
-    "door_stop", "double_pendulum", "four_bar", "free_rigid_body", "heavy_top_absolute", "n_four_bar", "n_pendulum",
-    "newtons_cradle", "pendulum", "pendulum_field", "quarter_car", "rolling_disc", "rough_road", "slider_crank",
+    "door_stop", "double_pendulum", "four_bar", "free_rigid_body", "heavy_top_absolute", "n_pendulum",
+    "newtons_cradle", "pendulum", "pendulum_field", "quarter_car", "rough_road", 
     "spinning_top", "spring_chain", "spring_pendulum", "stick_slip", "stiff_bushing_pendulum", "turntable",
 )  # fmt: skip
 _CASES = 2
-_EXPONENTS = (-30, -20, -10, 0, 0, 10, 20, 30)  # 1e-9 to 1e9
+_EXPONENTS = (-10, -5, 0, 0, 5, 10)  # 1e-3 to 1e3: beyond, tolerances in all units at once are none for rates
 _MOST_STEPS = 20_000
 _FIXED, _OF_RTOL = 1e-8, 1e3  # how far states may be apart: in parts of the largest, and of the tolerance
 
