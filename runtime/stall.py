@@ -105,11 +105,13 @@ class StallWatch:
         """The sentence where each step ends at an event."""
         names = sorted({event.name for event in self._run.actions.log[-_EVENTS:]})
         which = f"events of {', '.join(names)}" if names else "jumps of forces"
-        how = "loosen --rtol" if self._run.method.adaptive else "shorten --step"
+        method = self._run.method
+        how = "take another --rtol" if method.adaptive else "shorten --step"
+        other = "radau5" if method.name == "dop853" else "dop853"
         return (
             f"The run does not get on at t = {self._run.arrays.t:.9g} s: {which} follow each other without end. Where "
             f"something knocks ever faster, give it a state of rest: [stops] have one, and so has dry friction, "
-            f"[friction]; else {how}, or take another method, such as dop853."
+            f"[friction]; else {how}, or another method, such as {other}."
         )
 
     def _before_dependence(self) -> bool:
