@@ -185,11 +185,19 @@ def _newton(law: ContactLaw, x: np.ndarray) -> np.ndarray | None:
 
 def _sweep(law: ContactLaw, x: np.ndarray) -> np.ndarray:
     """One pass over the contacts: each takes the force that its law asks for while the others are as they are."""
-    x, seen = x.copy(), np.zeros(len(x), dtype=bool)
-    partner = {int(i): int(j) for i, j in law.circles + law.n_stops}
-    for i in range(len(x)):
-        if not seen[i]:
-            rows = [i, partner[i]] if i in partner else [i]
-            x[rows] -= law.defect(x)[0][rows]
-            seen[rows] = True
+    x, n_stops, A, rho = x.copy(), law.n_stops, law.here.compliance, law.steepness
+    c, slope = law.levels.linear(law.here, x, float(law.driven))
+    second = {int(i): int(j) for i, j in law.circles + n_stops}
+    for i in (i for i in range(len(x)) if i not in second.values()):
+        rows, k = [i, second[i]] if i in second else [i], i - n_stops
+        trial = x[rows] - rho[rows] * (law.free[rows] + A[rows] @ x)
+        if k < 0:
+            x[i] = max(trial[0], 0.0) if law.acting[i] else 0.0
+            continue
+        level, others = c[k] + slope[k] @ x, np.subtract(rows, n_stops)
+        if law.acting[i]:
+            most, size = max(level, 0.0), np.linalg.norm(trial)
+            x[rows] = trial if size <= most else most / size * trial
+        else:
+            x[rows] = np.where(law.levels.coefficients[others] > 0.0, -law.senses[others] * level, 0.0)
     return x
