@@ -21,8 +21,9 @@ from symgen.runtime.events_in_code import (
 )
 from symgen.runtime.graph.spelling import reset_function
 from symgen.runtime.integrate import layout as at
-from symgen.runtime.integrate import plain_events
+from symgen.runtime.integrate import plain_events, plain_jumps
 from symgen.runtime.integrate import plain_frictions as here
+from symgen.runtime.jumps_in_code import make_jumps
 from symgen.runtime.loop_arrays import DIRECTIONS
 from symgen.runtime.positions import ANGLES
 
@@ -53,7 +54,8 @@ def has_plain_frictions(system: System, method: Method, arrays: LoopArrays) -> b
     """
     return (
         bool(system.switches)
-        and not (system.m or system.quaternions or system.jumps)
+        and not (system.m or system.quaternions)
+        and len(system.jumps) == len(system.closed.jumps)
         and system.nq == system.nv <= _LARGEST
         and not len(Layout(system).circles)
         and not (smooth_frictions(system) | creeping_frictions(system)).any()
@@ -130,7 +132,16 @@ class FrictionsInCode:
         self._own, self._keep = self._make(free, held)
         self._keep += free[1], held[1]
         sizing = make_sizing(system.closed, len(arrays.p))
-        self._call = call_block(here.advance_over_frictions, free[0], held[0], self._own, sizing)
+        given = free[0], held[0], self._own, sizing
+        self._jumps = ()
+        if arrays.jumps:
+            forms = (system, free), (system.closed, held)
+            made = [make_jumps(form, method, arrays, found[1], found[0].p) for form, found in forms]
+            self._jumps, kept = zip(*made)
+            self._keep += kept
+            self._call = call_block(here.advance_over_frictions_and_jumps, *given, *self._jumps)
+        else:
+            self._call = call_block(here.advance_over_frictions, *given)
 
     def _look(self) -> tuple[Loop, CallBlock, np.ndarray, int, tuple[np.ndarray, ...]]:
         """The loop of the form that the arrays have, its call, its limits of steps, its number, its guard's arrays."""
@@ -141,6 +152,7 @@ class FrictionsInCode:
     def _make(self, free: tuple, held: tuple) -> tuple[here.Frictions, list]:
         system, arrays, closed, layout = self._system, self._arrays, self._system.closed, Layout(self._system)
         n_own = len(system.events) - len(system.switches)
+        kinds = [event["action"] for event in system.events[:n_own]]
         addresses, keep = np.zeros(here.FIRST_RESET + n_own, dtype=np.uint64), []
         resets = [
             (here.FIRST_RESET + k, reset_function(event["name"]))
@@ -164,7 +176,7 @@ class FrictionsInCode:
         context, weights, _ = held[4]  # what is let go of has no curve
         own = here.Frictions(
             addresses=addresses, free_block=free[1].block, held_block=held[1].block, result=np.zeros(1),
-            actions=np.array([ACTIONS[event["action"]] for event in system.events[:n_own]], dtype=np.int64),
+            actions=np.array([ACTIONS.get(kind, plain_events.BY_PYTHON) for kind in kinds], dtype=np.int64),
             directions=np.array([DIRECTIONS[event["direction"]] for event in system.events[:n_own]], dtype=np.int64),
             p=arrays.p, everything=arrays.p.copy(), held_p=held[0].p, closed=first + layout.closed,
             stuck=first + layout.stuck, sense=first + layout.sense, counts=counts,
@@ -190,6 +202,10 @@ class FrictionsInCode:
     ) -> int:
         """Run the loop, and act on frictions, until something is for Python to do; see `LoopArrays.advance`."""
         arrays = self._arrays
+        if arrays.jumps:
+            arrays.look_for_choices()
+            if not arrays.precomputed[arrays.branches].all():
+                return arrays.advance(stop, max_steps, watch=watch, keep_log=keep_log)
         if arrays.generation not in self._generations:
             if not len(actions.log):  # the arrays cost as much as one event, and many runs have none
                 return arrays.advance(stop, max_steps, watch=watch, keep_log=keep_log)
@@ -202,13 +218,18 @@ class FrictionsInCode:
             hand_over_resets(actions, own)
             own.lowest[:] = actions.lowest_gaps
             self._handed = known
+        for jumps in self._jumps:
+            jumps.counts[plain_jumps.N_JUMPS] = jumps.counts[plain_jumps.IS_UNDECIDED] = 0
         arrays.set_limits(stop, max_steps, watch, keep_log=keep_log)
         status = self._call()
+        actions.n_jumps += sum(int(jumps.counts[plain_jumps.N_JUMPS]) for jumps in self._jumps)
         n = int(own.counts[here.N_LOG])
         if n:
             self._handed = None
             self._adopt(self._system.closed if own.counts[here.IS_HELD] else self._system)
             self._take_over(actions, own.log[:n].copy(), before)
+        if any(jumps.counts[plain_jumps.IS_UNDECIDED] for jumps in self._jumps):
+            actions.choose_branches()
         return status
 
     def _write_inputs(self, *, is_held: bool) -> None:

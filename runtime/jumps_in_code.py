@@ -12,6 +12,7 @@ from symgen.runtime.integrate import plain_jumps as here
 from symgen.runtime.integrate.plain_events import N_LOG
 
 if TYPE_CHECKING:
+    from symgen.runtime.code.call_block import CallBlock
     from symgen.runtime.event_actions import EventActions
     from symgen.runtime.integrate.methods import Method
     from symgen.runtime.loop_arrays import LoopArrays
@@ -28,6 +29,39 @@ def has_plain_jumps(system: System, arrays: LoopArrays) -> bool:
 def has_events_beside_jumps(system: System, arrays: LoopArrays) -> bool:
     """Whether machine code can act on events of a model that are not jumps, beside these."""
     return bool(arrays.jumps) and has_plain_events(system, beside_jumps=True)
+
+
+def make_jumps(
+    form: System, method: Method, arrays: LoopArrays, block: CallBlock, precomputed: np.ndarray
+) -> tuple[here.Jumps, list]:
+    """Return the arrays of `plain_jumps`, and what keeps their code alive.
+
+    Parameters
+    ----------
+    form : System
+        With stops and frictions held or not.
+    block : CallBlock
+        The call of its step loop.
+    precomputed : ndarray
+        What it has worked out of `p`.
+    """
+    kernels = [form.kernel("events"), form.kernel("rhs")]
+    ne, n, n_jumps = len(form.events), form.nq + form.nv, len(arrays.jumps)
+    holds_all = bool(precomputed[arrays.branches].all())
+    # Views: kernels read the pieces of inputs behind them, which nobody copies at each event.
+    p, branched = (precomputed.copy()[: form.n_rewritten] for _ in range(2))
+    return here.Jumps(
+        addresses=np.array(
+            [block.address, *(kernel.precomputed_address for kernel in kernels)], dtype=np.uint64
+        ),
+        block=block.block, result=np.zeros(1),
+        counts=np.array(
+            [0, arrays.branches.start, method.multistep, arrays.looks_for_choices, holds_all, 0], dtype=np.int64
+        ),
+        events=np.array(arrays.jumps, dtype=np.int64), p=p, branched=branched,
+        before=np.zeros(n_jumps), after=np.zeros(n_jumps),
+        values=np.zeros(ne), first=np.zeros(ne), last=np.zeros(ne), row=np.zeros(form.n_row), ahead=np.zeros(n),
+    ), kernels  # fmt: skip
 
 
 class JumpsInCode:
@@ -54,27 +88,11 @@ class JumpsInCode:
 
     def _make(self) -> here.Jumps:
         """Return the arrays of `plain_jumps`; keeps their code alive."""
-        system, arrays = self._system, self._arrays
+        arrays, block = self._arrays, self._arrays.block()
         self._generation, self._coefficients = arrays.generation, arrays.coefficients
-        block, kernels = arrays.block(), [system.kernel("events"), system.kernel("rhs")]
-        ne, n, n_jumps = len(system.events), system.nq + system.nv, len(arrays.jumps)
-        holds_all = bool(arrays.precomputed[arrays.branches].all())
-        # Views: kernels read the pieces of inputs behind them, which nobody copies at each event.
-        p, branched = (arrays.precomputed.copy()[: system.n_rewritten] for _ in range(2))
+        own, kernels = make_jumps(self._system, self._method, arrays, block, arrays.precomputed)
         self._keep = block, kernels
-        return here.Jumps(
-            addresses=np.array(
-                [block.address, *(kernel.precomputed_address for kernel in kernels)], dtype=np.uint64
-            ),
-            block=block.block, result=np.zeros(1),
-            counts=np.array(
-                [0, arrays.branches.start, self._method.multistep, arrays.looks_for_choices, holds_all, 0],
-                dtype=np.int64,
-            ),
-            events=np.array(arrays.jumps, dtype=np.int64), p=p, branched=branched,
-            before=np.zeros(n_jumps), after=np.zeros(n_jumps),
-            values=np.zeros(ne), first=np.zeros(ne), last=np.zeros(ne), row=np.zeros(system.n_row), ahead=np.zeros(n),
-        )  # fmt: skip
+        return own
 
     def advance(
         self, actions: EventActions, stop: float, max_steps: int, watch: float, *, keep_log: bool

@@ -314,6 +314,7 @@ force = "f2"
 HELD_TOGETHER = {
     "frictions": ARM,
     "stop": ARM + '[stops.low]\ngap = "b + 0.1*a + 0.6"\nrestitution = 0.3\n',
+    "jumps": ARM.replace('"3*sin(t)"', '"min(max(5*sin(t), -3), 3) - 0.1*sign(b)"'),
     "reset": ARM
     + '[events.kick]\nwhen = "b - 0.2"\ndirection = "rising"\nthen = { reset = { "dot(b)" = "0.8*dot(b)" } }\n',
 }

@@ -66,6 +66,8 @@ from symgen.runtime.integrate.plain_events import (
     solve,
     total_energy,
 )
+from symgen.runtime.integrate.plain_jumps import FIRST_BRANCH, IS_UNDECIDED, take_sides
+from symgen.runtime.integrate.plain_jumps import act as change_branch
 from symgen.runtime.integrate.projection import LEAST_USUAL, MOST_USUAL, RESIDUAL_LEFT
 
 # Addresses: those of the free form where `plain_events` has them; rows and rates of what is held take `p` itself, all
@@ -219,16 +221,88 @@ def advance_over_frictions(free, held, own, sizing):
             return status
         if done == PILES_UP:
             return ZENO
-        if done != GOES_ON_AS_IT_WAS:
-            restart(free, own)
-        if done == OTHER_SETTINGS:
-            if own.counts[IS_HELD]:
-                take_form(held, 1, own)
-                expect(held, own, sizing)
-            else:
-                take_form(free, 0, own)
+        go_on(done, free, held, own, sizing)
         if not has_room(last, free) or own.counts[N_LOG] >= own.log.shape[0]:
             return at.RUNNING
+
+
+@jitted
+def go_on(done, free, held, own, sizing):
+    """Let the loop of the form that applies go on from an event."""
+    if done != GOES_ON_AS_IT_WAS:
+        restart(free, own)
+    if done == OTHER_SETTINGS:
+        if own.counts[IS_HELD]:
+            take_form(held, 1, own)
+            expect(held, own, sizing)
+        else:
+            take_form(free, 0, own)
+
+
+@jitted
+def advance_over_frictions_and_jumps(free, held, own, sizing, of_free, of_held):
+    """Do the same beside jumps of forces.
+
+    Parameters
+    ----------
+    of_free, of_held : Jumps
+        Of both forms.
+    """
+    last = free.counters[at.STEPS] + free.counters[at.MAX_STEPS_PER_CALL]
+    while True:
+        if own.counts[IS_HELD]:
+            call_kernel(own.addresses[HELD_ADVANCE], 0.0, own.held_block, own.held_block, own.result)
+        else:
+            call_kernel(own.addresses[ADVANCE], 0.0, own.free_block, own.free_block, own.result)
+        status = int(own.result[0])
+        if status != at.EVENT or is_at_break(free):
+            return status
+        event = fired_alone(free)
+        if event < 0:
+            return status
+        if free.control[at.N_CONTROL + at.BRANCH * free.sizes[at.NE] + event] > 0.0:
+            if own.counts[IS_HELD]:
+                look_as_it_is(held.p, of_held)
+                changed = change_branch(held, of_held)
+            else:
+                look_as_it_is(free.p, of_free)
+                changed = change_branch(free, of_free)
+            if not changed:
+                return status
+        else:
+            # Python looks at choices as they are, while it acts on an event.
+            clear_branches(free.p, of_free)
+            clear_branches(own.held_p, of_held)
+            done = act(free, own)
+            take_sides(free, of_free)
+            take_sides(held, of_held)
+            if done == NOT_KNOWN:
+                of_free.counts[IS_UNDECIDED] = of_held.counts[IS_UNDECIDED] = 0
+                return status
+            if done == PILES_UP:
+                return ZENO
+            if done == GOES_ON_AS_IT_WAS:
+                of_free.counts[IS_UNDECIDED] = of_held.counts[IS_UNDECIDED] = 0
+            go_on(done, free, held, own, sizing)
+            if of_free.counts[IS_UNDECIDED]:
+                return at.RUNNING
+        if not has_room(last, free) or own.counts[N_LOG] >= own.log.shape[0]:
+            return at.RUNNING
+
+
+@jitted
+def look_as_it_is(p, jumps):
+    """Write what a form has worked out of `p` to `jumps.p`, with branches on neither side."""
+    for i in range(jumps.p.shape[0]):
+        jumps.p[i] = p[i]
+    clear_branches(jumps.p, jumps)
+
+
+@jitted
+def clear_branches(p, jumps):
+    """Let choices be looked at as they are."""
+    for j in range(jumps.events.shape[0]):
+        p[jumps.counts[FIRST_BRANCH] + j] = 0.0
 
 
 @jitted
