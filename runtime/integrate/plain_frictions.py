@@ -40,6 +40,7 @@ from symgen.runtime.integrate.plain_events import (
     MAY_JUMP,
     N_LOG,
     NEXT_FRAME,
+    NOTHING,
     ON_CONSTRAINTS,
     PART_OF_FLIGHT,
     PLAINLY,
@@ -61,6 +62,8 @@ from symgen.runtime.integrate.plain_events import (
     has_room,
     heading_of,
     is_at_break,
+    is_jump,
+    largest,
     look_for_pile,
     sign,
     solve,
@@ -260,7 +263,7 @@ def advance_over_frictions_and_jumps(free, held, own, sizing, of_free, of_held):
         event = fired_alone(free)
         if event < 0:
             return status
-        if free.control[at.N_CONTROL + at.BRANCH * free.sizes[at.NE] + event] > 0.0:
+        if is_jump(event, free):
             if own.counts[IS_HELD]:
                 look_as_it_is(held.p, of_held)
                 changed = change_branch(held, of_held)
@@ -1245,8 +1248,10 @@ def renew_bands(event, loop, own):
     for e in range(ne):
         loop.control[at.N_CONTROL + at.FLOOR * ne + e] = own.floor[e]
         if not math.isinf(loop.control[at.N_CONTROL + at.BAND * ne + e]):
-            past = abs(own.g[e]) if e == event else 0.0
-            loop.control[at.N_CONTROL + at.BAND * ne + e] = own.floor[e] + past
+            band = own.floor[e] + (abs(own.g[e]) if e == event else 0.0)
+            if is_jump(e, loop):
+                band = max(band, NOTHING * largest(loop))
+            loop.control[at.N_CONTROL + at.BAND * ne + e] = band
 
 
 @jitted
@@ -1285,6 +1290,8 @@ def arm(moved, loop, own):
             if not abs(own.speeds[i]) > slow(i, loop, own):
                 width = gap_tolerance(i, loop, own) if i < n_stops else slow(i, loop, own)
             band = max(floor, width) + sunk
+        if is_jump(e, loop):
+            band = max(band, NOTHING * largest(loop))
         loop.control[at.N_CONTROL + at.FLOOR * ne + e] = floor
         loop.control[at.N_CONTROL + at.BAND * ne + e] = band
         loop.control[side_at] = sign(g) if abs(g) > band else at.LEANING * lean
