@@ -38,7 +38,7 @@ from symgen.runtime.checks.growth import (
 from symgen.runtime.checks.sharpness import may_be_sharp
 from symgen.runtime.checks.smoothness import divided, parts_between_frames, stays_smooth
 from symgen.runtime.checks.undersampled import seen_between
-from symgen.runtime.checks.work import operations_of_run, operations_per_step
+from symgen.runtime.checks.work import operations_by_series, operations_of_run, operations_per_step
 from symgen.runtime.integrate.methods import find_method
 from symgen.runtime.lazy import Late
 from symgen.runtime.positions import ANGLES, Positions
@@ -367,14 +367,15 @@ class _Comparison:
             return None
         more = (self._solution.rtol / companion.rtol) ** (1.0 / companion.method.order)
         # One that stops on the way would go on for as many operations again.
-        if more * operations_of_run(self._solution) > _GOES_ON * operations:
+        took = (operations_by_series if self.own.series else operations_of_run)(self._solution)
+        if more * took > _GOES_ON * operations:
             return None
         # Where frames see too little of it, what the run went along is looked at beside it.
         parts = parts_between_frames(self._solution)
         times = divided(self._t, parts)
         if times is None or (parts == 1 and not stays_smooth(self._solution, self._t, self._states)):
             return None
-        most = self._most_steps(companion, _GOES_ON * operations)
+        most = int(_UNEVEN * more * self._solution.stats["steps"])
         states = follow_smooth(self._solution, companion, times, self._states[0], most)
         if states is None or (parts > 1 and not stays_smooth(self._solution, times, states)):
             return None

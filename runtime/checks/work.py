@@ -9,6 +9,7 @@ from symgen.runtime.integrate.methods import find_method
 if TYPE_CHECKING:
     from symgen.runtime.integrate.methods import Method
     from symgen.runtime.solution import Solution
+    from symgen.runtime.system import System
 
 # Operations of straight-line code in the time that other things take, by `benchmarks/health_cost.py` and profiles; such
 # an operation takes a quarter of a nanosecond.
@@ -38,6 +39,20 @@ def operations_of_run(solution: Solution) -> float:
     return in_all / sum(len(kind["coordinates"]) for kind in solution.system.subsystems)
 
 
+def operations_by_series(solution: Solution) -> float:
+    """Return about how many a run by series took: they ask for accelerations, and their guard, once in a step.
+
+    What companions may take is by the number above, which is larger with constraints.
+    """
+    system, steps = solution.system, solution.stats["steps"]
+    asked = find_method(solution.method).evaluations - 1.0
+    return operations_of_run(solution) - (steps * asked * _of_guard(system) if system.m else 0.0)
+
+
+def _of_guard(system: System) -> float:
+    return _OF_GUARD + _OF_ENTRY * system.m * system.nv
+
+
 def operations_per_step(solution: Solution, method: Method) -> float:
     """Return about how many operations a step takes.
 
@@ -65,10 +80,7 @@ def _operations_per_step(solution: Solution, method: Method, is_own: bool) -> fl
             unknowns = system.m * (system.nv + system.m)
         iterations = stats["newton"] / steps * (_OF_NEWTON + unknowns)
     if system.m and not method.stiff:
-        guarded = (
-            1.0 if method.series else calls
-        )  # series ask for accelerations once, and then for their derivatives
-        solved += guarded * (_OF_GUARD + _OF_ENTRY * system.m * system.nv) + operations.get("project", 0)
+        solved += calls * _of_guard(system) + operations.get("project", 0)
     if system.events:
         solved += _OF_EVENTS
     breaks = sum(len(pieces.breaks) for pieces in getattr(system, "all_pieces", ()))
