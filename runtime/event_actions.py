@@ -399,6 +399,7 @@ class EventActions:
         self.system, self.arrays = system, arrays
         self.log = EventLog()
         self.n_jumps = 0
+        self.n_untold = 0  # times that stops and frictions were decided on, with nothing that is told
         self.energy_of_resets = 0.0
         self.zeno = ZenoDetector()
         self.switching: Switching | None = None
@@ -444,7 +445,8 @@ class EventActions:
         switched = fired[fired >= n_own] - n_own
         if self.switching is not None and (len(switched) or reset):
             before = self.switching.phases
-            records += self._switch(switched, is_reset=reset)
+            actions = self._switch(switched, is_reset=reset)
+            records, self.n_untold = records + actions, self.n_untold + (not actions)
             # The event of what was closed or let go is another function now, and not at its zero.
             same = (before == self.switching.phases).all(axis=1)
             fired = fired[(fired < n_own) | same[np.maximum(fired - n_own, 0)]]

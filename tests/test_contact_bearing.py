@@ -13,6 +13,7 @@ from symgen.runtime.checks.companion import tell_closed
 from symgen.runtime.contact import circles
 from symgen.runtime.contact.onset import onset_directions
 from symgen.runtime.contact.settings import Layout
+from symgen.runtime.contact.switching import Switching
 from tests.stress.loaded_boxes import draw, judge
 from tests.stress.scenario import RIGHT
 
@@ -245,3 +246,21 @@ def test_of_corners_that_could_share_a_load_the_one_to_which_it_moves_bears_and_
 )
 def test_boxes_under_loads_move_by_the_laws_of_contact(kind, number):
     assert judge(draw(1, kind, number), "dop853")[0] == RIGHT
+
+
+def test_a_box_that_begins_to_slide_within_a_step_is_not_told_to_turn():
+    """It came to rest within fixed steps and slid on the same way: six turns were told that were none."""
+    sizes, mu, yaw, pull, _ = drawn_box(6)
+    run = box_on_floor(sizes, mu, yaw=yaw, pull=pull.tolist()).run(
+        t_end=1.8, method="semi_implicit_euler", step=1e-3
+    )
+    assert [e.action for e in run.events] == ["slip"]
+
+
+@pytest.mark.slow
+def test_what_is_integrated_again_is_given_up_where_nothing_that_is_told_happens_without_end(monkeypatch):
+    """A corner that came to rest and slid on within 1e-14 s each time kept a health check busy for a minute."""
+    acts, act = [], Switching.act
+    monkeypatch.setattr(Switching, "act", lambda self, fired: acts.append(1) or act(self, fired))
+    assert draw(1, "tall", 4).derive().run(t_end=2.0, fps=1000, method="dop853").ok
+    assert len(acts) < 1000

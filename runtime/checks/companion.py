@@ -52,6 +52,7 @@ _NEAR_RUN, _APART_FROM_RUN = 5.0, 30.0
 _ATOL_OF_RANGE = 1e-6  # of the smallest range of a coordinate or rate
 # Events that a companion may meet; each takes as long as thousands of steps.
 _MOST_EVENTS, _MOST_SWITCHINGS, _SHARE_OF_EVENTS = 60, 20, 0.05
+_MOST_UNTOLD = 10.0  # times as many decisions on what is held after which nothing has changed
 _OF_LONG_RUNS = 0.5  # of these, where more than a moment is spent
 # A companion looks at many places even where steps could be long: what those of the run went over, it meets. Its steps
 # are at most this part of the time, as far as they are allowed, times a number that no step of the run is made of.
@@ -372,7 +373,7 @@ class _CompanionRun(Run):
         """Whether to go no further."""
         arrays = self.arrays
         steps, reached = int(arrays.counters[at.STEPS]), int(arrays.counters[at.NEXT_FRAME])
-        if len(self.actions.log) > self._most_events:
+        if len(self.actions.log) + self.actions.n_untold / _MOST_UNTOLD > self._most_events:
             return True
         if self.stiff_noted:
             share = (arrays.t - self.t_start) / (self.t_end - self.t_start)

@@ -37,7 +37,9 @@ _WITH_OTHERS = 1e-6  # of that, to its limit, where others are at theirs: a mome
 _ANY_ANGLE, _ANY_SPEED = 1e9, 1e150
 _CLEARLY, _AT_BOUND = 2.0, 1e-6  # times the speed from which on fixed steps let a friction turn
 _AT_THE_LIMIT = 1e-6  # of the accelerations that forces balance: as large as errors of the event that told so
-_SAME_WAY = 0.9  # cosine of the angle between two answers to the same question
+_SAME_WAY = (
+    0.9  # cosine of the angle between two answers to the same question, or two directions of one sliding
+)
 _ASTRAY = 2.0  # times the angle that an aim lasts for: the force across it is not that of an aim
 _OFF_AIM = 1e-6  # of the speed along an aim: what goes across beyond that has another direction
 
@@ -928,7 +930,7 @@ class Switching(Holding):
             return [(int(fired[0]), what)]
         is_fired = np.zeros(self.n, dtype=bool)
         is_fired[fired] = True
-        were_held = self._at_rest
+        were_held, ways = self._at_rest, self.senses.copy()
         self._end_unseen_flights(is_fired[: self.n_stops])
         gaps = self._watched()[0]
         here = self._here()
@@ -954,6 +956,7 @@ class Switching(Holding):
         with_others = np.concatenate([np.zeros(self.n_stops, dtype=bool), came_to_rest & self.stuck])
         changed = (were_held != self._at_rest) | blown
         told = np.flatnonzero(is_fired | with_others if len(fired) else changed)
+        came_to_rest = came_to_rest & ~self._keep_their_way(ways)
         became = [(int(i), self._became(i, were_held[i], blown[i], came_to_rest)) for i in told]
         return [x for k, x in enumerate(became) if x[1] and self.names[x[0]] not in self._told(became[:k])]
 
@@ -963,6 +966,13 @@ class Switching(Holding):
                 f"a reset at t = {self.arrays.t:.9g} s leads into stop {self.names[i]!r}: its gap is {gaps[i]:.6g} "
                 "behind it; reset coordinates to where it is zero or more"
             )
+
+    def _keep_their_way(self, before: np.ndarray) -> np.ndarray:
+        """Which frictions in planes slide in the direction of some time before."""
+        found = np.zeros_like(self.stuck)
+        for pair in self.layout.circles:
+            found[pair] = before[pair] @ self.senses[pair] > _SAME_WAY
+        return found
 
     def _told(self, became: list[tuple[int, str]]) -> set[str]:
         return {self.names[i] for i, what in became if what}

@@ -36,7 +36,7 @@ _LAW, _LAW_FIXED = 1e-4, 5e-3  # of the weight
 _SLIDES = 1e-4  # m/s, from which on the direction of sliding is plain
 _TURNED = 0.05  # rad between frames, up to which forces have a mean
 _AIMED = 6e-3  # rad, by which what begins to slide may miss its direction (docs/contact.md: 0.4 % for 1e-8)
-_BEGINS = 0.2  # s, in which it does
+_BEGINS, _SLOW = 0.2, 0.02  # s and m/s, in which it does, also where it turns back
 _LEAVES = 1e-5  # of a size: a corner that is higher does not touch
 _SEED, _N_ALL = 28, 3  # of the suite
 _METHODS, _SHORT = ("dop853", "radau5", "rk4"), ("dop853",)
@@ -251,6 +251,7 @@ def _of_corner(
     slides = speed > _SLIDES
     law = -loaded.friction * pressed[:, None] * slip[:, :2] / np.maximum(speed, _SLIDES)[:, None]
     aimed = np.array([any(0.0 <= moment - begin <= _BEGINS for begin in begins) for moment in times])
+    aimed = aimed | (speed < _SLOW)
     off = np.linalg.norm(force[:, :2] - law, axis=1) * slides - _AIMED * loaded.friction * pressed * aimed
     if off.max(initial=0.0) > small:
         return f"rubs {off.max():.2g} N beside its direction at {times[off.argmax()]:.6g} s"
