@@ -523,3 +523,26 @@ def test_an_assembly_says_how_it_starts():
     found = [run["front.slip"][0], run["rear.torque"][0]]
     assert found == pytest.approx([320 / 2 / 9000, 48.0], rel=1e-9)
     assert np.ptp(run["dot(way)"]) < 1e-6
+
+
+@pytest.mark.parametrize("inputs", [{"push": 0.0}, {"push": ([0.0, 1.0], [0.0, 0.0])}])
+def test_what_has_no_part_in_the_equations_stays_while_a_parameter_is_found(inputs):
+    """Places were left where a search from anywhere had brought them: a wheel beside a linkage had turned."""
+    m = Model("linkage")
+    a, b, wheel = m.coordinate("a"), m.coordinate("b"), m.coordinate("wheel")
+    rod = m.parameters(rod="0.25 m")
+    push = m.input("push", unit="N*m")
+    arm = m.parameters(arm="0.2 m")
+    m.body("one", inertia="1 kg*m^2", com=(0, 0), angle=a)
+    m.body("two", inertia="1 kg*m^2", com=(0, 0), angle=b)
+    m.body("other", inertia="2 kg*m^2", com=(0, 0), angle=wheel)
+    m.constraint(
+        "rod", (arm * cos(a) - 2 * arm * cos(b)) ** 2 + (arm * sin(a) - 2 * arm * sin(b)) ** 2 - rod**2
+    )
+    m.force(wheel, push)
+    m.start(a - 0.3, b - 0.9, find=rod)
+    system = derive(m)
+    for run in (system.run(0.1, inputs=inputs), system.run(0.1, inputs=inputs)):
+        length = np.hypot(0.2 * np.cos(0.3) - 0.4 * np.cos(0.9), 0.2 * np.sin(0.3) - 0.4 * np.sin(0.9))
+        assert run.parameters["rod"] == pytest.approx(length, rel=1e-9)
+        np.testing.assert_allclose(run.q[0], [0.3, 0.9, 0.0], atol=1e-9)

@@ -123,8 +123,12 @@ def meet(system: System, p: np.ndarray, given: StartValues, t: float, sought: tu
             f"matrices of up to {LARGEST_DENSE} rows: leave [start] out, or choose a smaller model"
         )
     met = remembered(system, key(p, sought), lambda: _Start(system, p, given, float(t), sought).met())
-    # With its parameters given the start is the same.
-    return remembered(system, key(met.p, ()), lambda: met) if sought else met
+    if not sought:
+        return met
+    # The start is that of a run with these parameters given. While they are sought, places are left where they come
+    # nearest to the conditions from anywhere, those too that have no part in these.
+    own = remembered(system, key(met.p, ()), lambda: _Start(system, met.p, given, float(t), ()).met())
+    return met._replace(values=own.values, moved=own.moved)
 
 
 class _Start:
