@@ -112,6 +112,7 @@ def answered_interrupts() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
+    _answers.number = int(signal.SIGINT)  # not that of a block before
     before = {number: handler for number in ENDING if (handler := signal.getsignal(number)) in usual}
     read, write = os.pipe()
     os.set_blocking(write, False)
