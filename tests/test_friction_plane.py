@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from recorded import assert_same_recording, record
@@ -13,6 +15,7 @@ from symgen import Model, cos, dot, sin
 from symgen.errors import ModelError
 from symgen.link import derive_text
 from symgen.runtime import load, solve
+from symgen.runtime.contact.sharing import evened
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.recording.resume import Resumed
 
@@ -443,3 +446,13 @@ def test_the_names_of_both_forces_must_be_free():
     m.friction("sole_1", coordinate="x", force="1 N")
     with pytest.raises(ModelError, match="'sole_1' is taken"):
         m.derive()
+
+
+@pytest.mark.parametrize("least", [1e-3, 1e-8, 1e-12, 1e-20])
+def test_a_foot_that_bears_next_to_nothing_gives_its_load_to_another(least):
+    """Two frictions hold one motion of 0.8; what the second can take is round-off: a start of the search was outside."""
+    here = SimpleNamespace(compliance=np.ones((2, 2)))
+    levels = SimpleNamespace(fixed=np.zeros(2), linear=lambda *_: (np.array([1.0, least]), np.zeros((2, 2))))
+    forces, left = evened(here, levels, np.full(2, 0.4), np.ones(2, dtype=bool), np.zeros((0, 2), dtype=int))
+    np.testing.assert_allclose(forces, [0.8, 0.0], atol=max(1e-6, least))
+    assert left == pytest.approx(0.2, abs=1e-3)

@@ -22,6 +22,9 @@ _GAP, _NEARLY = 1e-11, 0.05  # of s, and in parts of it
 _TIGHTER = 0.05
 _NEWTON_STEPS = 40
 _CENTRED = 1e-4
+_LEAST = (
+    1e-8  # of the largest that a friction can take: less than that is what a foot takes that bears nothing
+)
 _PARTS = 0.5 ** np.arange(40)  # of a step
 _SIGNS = np.array([1.0, -1.0, -1.0])
 
@@ -114,6 +117,7 @@ def evened(
     groups = [np.array([k]) for k in np.flatnonzero(movable[n_stops:]) if not (circles == k).any()]
     groups += [pair for pair in circles if movable[n_stops + pair].all()]
     groups = [group for group in groups if most[group[0]] > 0.0]
+    most = np.maximum(most, _LEAST * max((most[group[0]] for group in groups), default=0.0))
     loads = [np.linalg.norm(forces[n_stops + group]) / most[group[0]] for group in groups]
     if max(loads, default=0.0) < NEAR:
         return None
