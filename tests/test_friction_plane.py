@@ -448,11 +448,14 @@ def test_the_names_of_both_forces_must_be_free():
         m.derive()
 
 
-@pytest.mark.parametrize("least", [1e-3, 1e-8, 1e-12, 1e-20])
-def test_a_foot_that_bears_next_to_nothing_gives_its_load_to_another(least):
-    """Two frictions hold one motion of 0.8; what the second can take is round-off: a start of the search was outside."""
+@pytest.mark.parametrize("least", [1e-3, 1e-8, 1e-12, 1e-16, 1e-20])
+def test_a_foot_that_bears_next_to_nothing_ends_no_search(least):
+    """Two frictions hold one motion; where what the second can take is round-off, the search had begun outside."""
     here = SimpleNamespace(compliance=np.ones((2, 2)))
     levels = SimpleNamespace(fixed=np.zeros(2), linear=lambda *_: (np.array([1.0, least]), np.zeros((2, 2))))
     forces, left = evened(here, levels, np.full(2, 0.4), np.ones(2, dtype=bool), np.zeros((0, 2), dtype=int))
-    np.testing.assert_allclose(forces, [0.8, 0.0], atol=max(1e-6, least))
-    assert left == pytest.approx(0.2, abs=1e-3)
+    if least >= 1e-8:
+        np.testing.assert_allclose(forces, [0.8, 0.0], atol=max(1e-6, least))
+        assert left == pytest.approx(0.2, abs=1e-3)
+    else:  # of parts of nothing it knows only that this one is beyond its limit
+        assert forces.sum() == pytest.approx(0.8) and left < 0.0

@@ -22,9 +22,7 @@ _GAP, _NEARLY = 1e-11, 0.05  # of s, and in parts of it
 _TIGHTER = 0.05
 _NEWTON_STEPS = 40
 _CENTRED = 1e-4
-_LEAST = (
-    1e-8  # of the largest that a friction can take: less than that is what a foot takes that bears nothing
-)
+_INSIDE = 1e-9  # of a load: more than its round-off
 _PARTS = 0.5 ** np.arange(40)  # of a step
 _SIGNS = np.array([1.0, -1.0, -1.0])
 
@@ -117,7 +115,6 @@ def evened(
     groups = [np.array([k]) for k in np.flatnonzero(movable[n_stops:]) if not (circles == k).any()]
     groups += [pair for pair in circles if movable[n_stops + pair].all()]
     groups = [group for group in groups if most[group[0]] > 0.0]
-    most = np.maximum(most, _LEAST * max((most[group[0]] for group in groups), default=0.0))
     loads = [np.linalg.norm(forces[n_stops + group]) / most[group[0]] for group in groups]
     if max(loads, default=0.0) < NEAR:
         return None
@@ -140,7 +137,8 @@ def evened(
         cone[1 : 1 + len(group), 1:-1] = ways[n_stops + group] / own
     walls[:, 0], walls[:, 1:-1] = 1.0, ways[stops] / forces[stops, None]
     x = np.zeros(len(idle) + 1)
-    x[-1] = 1.0 - max(loads) - 0.5
+    # Inside, also where a load is that of a foot which bears next to nothing.
+    x[-1] = 1.0 - max(loads) - max(0.5, _INSIDE * max(loads))
     x = _Barrier(cones, walls).most(x)
     return _doing_the_same(here, forces, forces + ways @ x[:-1], rows), float(x[-1])
 
