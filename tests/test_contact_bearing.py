@@ -261,6 +261,7 @@ def test_a_box_that_begins_to_slide_within_a_step_is_not_told_to_turn():
 def test_what_is_integrated_again_is_given_up_where_nothing_that_is_told_happens_without_end(monkeypatch):
     """A corner that came to rest and slid on within 1e-14 s each time kept a health check busy for a minute."""
     acts, act = [], Switching.act
-    monkeypatch.setattr(Switching, "act", lambda self, fired: acts.append(1) or act(self, fired))
+    count = lambda self, fired, **how: acts.append(1) or act(self, fired, **how)  # noqa: E731
+    monkeypatch.setattr(Switching, "act", count)
     assert draw(1, "tall", 4).derive().run(t_end=2.0, fps=1000, method="dop853").ok
     assert len(acts) < 1000
