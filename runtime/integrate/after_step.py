@@ -84,9 +84,8 @@ INWARDS = 1e-3
 CHEBYSHEV = tuple(0.5 * (1.0 - math.cos(math.pi * k / N_UNIFORM)) for k in range(N_UNIFORM + 1))
 GOLDEN = (3.0 - math.sqrt(5.0)) / 2.0
 EPS = float(np.finfo(float).eps)
-WITHIN = (
-    8.0  # times round-off: how far past zero an event's function may be where another of its instant is found
-)
+# Times round-off: how far past zero an event's function may be where another one of its instant is found.
+WITHIN = 8.0
 
 
 class Scan(NamedTuple):
@@ -431,11 +430,11 @@ def gather(first, roots, n_points, loop, scan):
             # Its function may only be rounded differently: then it is at zero all the way to its own root.
             event_values(0.5 * (first + roots[e]), True, loop, scan, scan.g)
             fired = abs(scan.g[e]) <= loop.control[at.N_CONTROL + at.FLOOR * ne + e]
-        if fired and roots[e] > last:
-            # So is what is held at zero, as the choice by a rate that sticks: the instant is that of the first one.
-            event_values(roots[e], True, loop, scan, scan.g)
-            floor = loop.control[at.N_CONTROL + at.FLOOR * ne + leader]
-            fired = abs(scan.g[leader]) <= WITHIN * floor or (roots[e] - first) * h <= same
+            if fired:
+                # So is what is held at zero, as the choice by a rate that sticks: the first one is at zero there, too.
+                event_values(roots[e], True, loop, scan, scan.g)
+                floor = loop.control[at.N_CONTROL + at.FLOOR * ne + leader]
+                fired = abs(scan.g[leader]) <= WITHIN * floor
         loop.control[at.N_CONTROL + at.FIRED * ne + e] = 1.0 if fired else 0.0
         if fired:
             last = max(last, roots[e])

@@ -212,11 +212,7 @@ def advance_over_frictions(free, held, own, sizing):
     """
     last = free.counters[at.STEPS] + free.counters[at.MAX_STEPS_PER_CALL]
     while True:
-        if own.counts[IS_HELD]:
-            call_kernel(own.addresses[HELD_ADVANCE], 0.0, own.held_block, own.held_block, own.result)
-        else:
-            call_kernel(own.addresses[ADVANCE], 0.0, own.free_block, own.free_block, own.result)
-        status = int(own.result[0])
+        status = call_loop(own)
         if status != at.EVENT or is_at_break(free):
             return status
         done = act(free, own)
@@ -227,6 +223,16 @@ def advance_over_frictions(free, held, own, sizing):
         go_on(done, free, held, own, sizing)
         if not has_room(last, free) or own.counts[N_LOG] >= own.log.shape[0]:
             return at.RUNNING
+
+
+@jitted
+def call_loop(own):
+    """Call the step loop of the form that applies; returns its status."""
+    if own.counts[IS_HELD]:
+        call_kernel(own.addresses[HELD_ADVANCE], 0.0, own.held_block, own.held_block, own.result)
+    else:
+        call_kernel(own.addresses[ADVANCE], 0.0, own.free_block, own.free_block, own.result)
+    return int(own.result[0])
 
 
 @jitted
@@ -253,11 +259,7 @@ def advance_over_frictions_and_jumps(free, held, own, sizing, of_free, of_held):
     """
     last = free.counters[at.STEPS] + free.counters[at.MAX_STEPS_PER_CALL]
     while True:
-        if own.counts[IS_HELD]:
-            call_kernel(own.addresses[HELD_ADVANCE], 0.0, own.held_block, own.held_block, own.result)
-        else:
-            call_kernel(own.addresses[ADVANCE], 0.0, own.free_block, own.free_block, own.result)
-        status = int(own.result[0])
+        status = call_loop(own)
         if status != at.EVENT or is_at_break(free):
             return status
         event = fired_alone(free)
