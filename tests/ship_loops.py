@@ -21,7 +21,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import symgen.runtime
-from symgen import Model, cos, dot, sign, sin
+from symgen import Model, cos, dot, mod, sign, sin, t, where
 from symgen.link import derive
 from symgen.model.library import find
 from symgen.model.library import load as load_model
@@ -129,6 +129,7 @@ def runs() -> Iterator[tuple[str, object]]:
     yield "frictions", lambda: load(GENERATED / "stick_slip.py").run(t_end=3.0, method="dop853")
     for beside in ("nothing", "a record", "a friction"):
         yield f"jumps, {beside}", lambda beside=beside: _with_a_jump(beside).run(t_end=10.0, method="dop853")
+    yield "end at a jump", lambda: _jump_at_the_end().run(t_end=1.0, method="dop853")
     yield "nearly flat loop", lambda: _nearly_flat().run(t_end=0.01, method="dop853")
     for model in MODELS:
         yield f"modes {model}", load(GENERATED / f"{model}.py").modes
@@ -156,6 +157,16 @@ def _with_a_jump(beside: str) -> System:
         m.event("passes", x - 0.1)
     if beside == "a friction":
         m.friction("rubs", coordinate=x, force=0.1)
+    return derive(m)
+
+
+def _jump_at_the_end() -> System:
+    """A pendulum by a constraint whose force jumps where the run ends: the step there is projected by itself."""
+    m = Model("jump_at_the_end", gravity=(0, -9.81))
+    x, y = m.coordinate("x", start=1.0), m.coordinate("y", guess=0.0)
+    m.body("bob", mass=1.0, com=(x, y))
+    m.constraint("rod", x**2 + y**2 - 1)
+    m.force(x, where(mod(t, 1) > 0.5, 1.0, 0.0))
     return derive(m)
 
 

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import dis
 import os
 import subprocess
 import sys
+import types
 from pathlib import Path
 
 import llvmlite.binding as llvm
 import numpy as np
 import pytest
 from loops import forget_machine_code
-from ship_loops import is_current
+from ship_loops import is_current, loops
 
 from symgen.runtime import load
 from symgen.runtime.code import compiler, jitted, native, shipped, stand_ins
@@ -48,6 +50,25 @@ def test_every_method_has_its_loop():
         loop = method.advance()
         assert isinstance(loop, Jitted)
         assert [path for path in FILES if shipped.read(path)[0][0] == shipped.name(loop)], method.name
+
+
+def test_what_python_calls_travels_with_the_package():
+    """Otherwise a first run that comes there waits for Numba."""
+    of_python, packed = set(), {shipped.read(path)[0][0] for path in FILES}
+    loops()  # imports every module
+    for name, module in list(sys.modules.items()):
+        if not name.startswith("symgen.runtime."):
+            continue
+        holders = [module, *(value for value in vars(module).values() if isinstance(value, type))]
+        for function in (value for holder in holders for value in vars(holder).values()):
+            if isinstance(function, types.FunctionType) and function.__module__ == name:
+                named = [
+                    part.argval for part in dis.get_instructions(function) if part.opname == "LOAD_GLOBAL"
+                ]
+                if "py_func" not in function.__code__.co_consts:
+                    values = map(vars(module).get, named)
+                    of_python |= {shipped.name(value) for value in values if isinstance(value, Jitted)}
+    assert {"fill_row_weights", "project_state"} <= of_python and not sorted(of_python - packed)
 
 
 def double_pendulum_end(method: str) -> list[bytes]:
