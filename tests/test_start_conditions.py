@@ -546,3 +546,52 @@ def test_what_has_no_part_in_the_equations_stays_while_a_parameter_is_found(inpu
         length = np.hypot(0.2 * np.cos(0.3) - 0.4 * np.cos(0.9), 0.2 * np.sin(0.3) - 0.4 * np.sin(0.9))
         assert run.parameters["rod"] == pytest.approx(length, rel=1e-9)
         np.testing.assert_allclose(run.q[0], [0.3, 0.9, 0.0], atol=1e-9)
+
+
+TURNED = """
+name = "turned"
+[bodies.slide]
+mass = "1 kg"
+inertia = [0.01, 0.01, 0.01]
+[bodies.block]
+mass = "1 kg"
+inertia = [0.01, 0.01, 0.01]
+[joints.rail]
+type = "prismatic"
+child = "slide"
+axis = [0.19, -0.2, 0.96]
+start = -0.233
+rate = -0.5188
+[frames.end]
+body = "slide"
+rpy = [0.459, 0.087, 0.87]
+[joints.loose]
+type = "free"
+child = "block"
+guess = [0, 0, 0, 0.88643, 0.18826, 0.13418, 0.401]
+[closures.guide]
+type = "prismatic"
+frames = ["end", "block"]
+axis = [0.16, -0.82, 0.55]
+coordinate = "b"
+[start]
+equations = ["b = 0.115", "dot(b) = SPEED"]
+"""
+
+
+@pytest.mark.parametrize("speed", ["0.5812", "1e-3", "0"])
+def test_what_does_not_turn_may_have_rates_of_round_off(speed):
+    """A block that a slide guides: what its constraints of turning are off by is round-off of other rates."""
+    solution = derive(read_text(TURNED.replace("SPEED", speed))).run(t_end=0.1, method="dop853")
+    assert solution["b"][0] == pytest.approx(0.115, abs=1e-12)
+    assert solution["dot(b)"][0] == pytest.approx(float(speed), abs=1e-12)
+    assert np.abs([solution[f"loose_w{axis}"][0] for axis in "xyz"]).max() < 1e-12
+
+
+def test_a_quaternion_that_may_move_has_its_name_in_what_is_said():
+    text = TURNED.replace("SPEED", "0") + '[constraints]\nnever = "loose_x^2 + 1 + 0*loose_y"\n'
+    with pytest.raises(
+        RuntimeModelError, match="by loose_x, loose_y, loose_z, loose_qw, …, loose_qz, b"
+    ) as said:
+        derive(read_text(text)).run(t_end=0.1)
+    assert ", ," not in str(said.value)

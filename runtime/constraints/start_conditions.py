@@ -15,7 +15,7 @@ import numpy as np
 
 from symgen.runtime.abi import start_sizes
 from symgen.runtime.constraints.contradictions import AssemblyError, joined, listed
-from symgen.runtime.constraints.levels import Constraints
+from symgen.runtime.constraints.levels import SLOWEST, Constraints
 from symgen.runtime.constraints.nearest_point import (
     SOLVED,
     Problem,
@@ -40,6 +40,7 @@ _REACH = 10.0  # of a parameter's guess: how far a step may go
 _TAKES_PART = 1e-3  # of the largest residual: a condition that is named
 _UNDETERMINED = 1e-6  # of a direction that changes nothing: a parameter in it is not determined
 _NO_SIZE = 1e-300
+_SLOW = 1e-2  # of the fastest: rates and accelerations whose last digits are those of the others
 
 
 class Met(NamedTuple):
@@ -214,10 +215,13 @@ class _Start:
         y = np.concatenate([q, np.zeros(s.nv)])
         return s.kernel("kinematics")(self.t, y, self.p)[: s.nq * s.nv].reshape(s.nq, s.nv)
 
-    def _scales(self, z: np.ndarray) -> np.ndarray:
-        """Return the sizes of the conditions' terms."""
+    def _scales(self, z: np.ndarray, slowest: float = _SLOW) -> np.ndarray:
+        """Return the sizes of the conditions' terms; rates count as no slower than a part of the fastest."""
         reach = np.abs(z)
         reach[self._part(0)] = np.maximum(self.sizes, reach[self._part(0)])
+        for part, least in ((self._part(1), SLOWEST), (self._part(2), 0.0)):
+            fastest = max(least, slowest * worst(reach[part] / self.sizes))
+            reach[part] = np.maximum(reach[part], fastest * self.sizes)
         by_z = np.abs(self.derivatives(z))
         self._reach_of_forces(by_z, reach)
         scales = by_z @ reach
@@ -287,7 +291,7 @@ class _Start:
             return False
         z = self.z.copy()
         for _ in range(_PASSES):
-            problem = self._problem(z, rows, free, self._scales(z)[rows])
+            problem = self._problem(z, rows, free, self._scales(z, 1.0)[rows])
             spread = np.where(np.isfinite(problem.sizes), problem.sizes, self._spread[free])
             z[free] = solve_with_restarts(problem, z[free], spread)
             if worst(self.conditions(z)[rows] / self._scales(z)[rows]) <= SOLVED:
@@ -370,7 +374,7 @@ class _Start:
         wrong = np.flatnonzero(np.abs(off) > _TAKES_PART * worst(off))
         named = joined(list(dict.fromkeys(self._name(int(k)) for k in wrong)))
         labels = self._labels()
-        movable = [labels[k] for k in np.flatnonzero(free)]
+        movable = [labels[k] for k in np.flatnonzero(free) if labels[k]]
         what = f"by {joined(movable)}" if movable else "where nothing is a guess"
         held = [s for k, s in enumerate(labels) if s and not free[k]]
         given = f"; {joined(held)} {'are' if len(held) > 1 else 'is'} given" if held and movable else ""
@@ -386,6 +390,8 @@ class _Start:
         motions = [record["name"] for record in s.coordinates]
         for k, place in enumerate(self.positions.per_rate(np.arange(float(s.nq)), -1.0)):
             labels[k] = motions[int(place)] if place >= 0 and int(place) not in s.integrals else ""
+        for place, k in self.positions.quaternions:  # its three turns move all of it
+            labels[k] = f"{motions[place]}, …, {motions[place + 3]}"
         resting = self.resting
         for k, name in enumerate(rate_labels(s.coordinates, s.rates)):
             labels[self.parts[1] + k] = "" if resting[k] else name
