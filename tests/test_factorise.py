@@ -63,6 +63,35 @@ def test_solution_agrees_with_numpy(seed, massless, prescribed):
     assert x == pytest.approx(np.linalg.solve(K, right), rel=1e-8, abs=1e-8)
 
 
+@pytest.mark.parametrize("constraints_of_it", [1, 2])
+@pytest.mark.parametrize("seed", range(4))
+def test_stops_of_coordinates_without_inertia_hold_and_let_go(seed, constraints_of_it):
+    """The angle of a closure has no inertia: whether a stop holds it or not, another constraint determines it."""
+    M, G = sparse_system(seed, massless=2)
+    if constraints_of_it == 2:
+        G[3, -1], G[4, -2] = 0.7, 0.4
+    n, m = len(M), len(G)
+    stops = np.zeros((3, n))
+    stops[0, -1] = stops[1, -2] = stops[2, 0] = 1.0
+    g, mass, jacobian, values = on_graph(M, G)
+    closed = [g.var(PARAM, n + m + 3 + k) for k in range(3)]
+    jacobian += [
+        {int(j): g.mul(closed[k], g.const(row[j])) for j in np.flatnonzero(row)}
+        for k, row in enumerate(stops)
+    ]
+    corner = {m + k: g.sub(node, g.one) for k, node in enumerate(closed)}
+    right = np.random.default_rng(seed + 100).normal(size=n + m + 3)
+    nodes = [g.var(PARAM, k) for k in range(n + m + 3)]
+    factors = factorise(g, mass, jacobian, [f"x{k:02d}" for k in range(n + m + 3)], corner)
+    solution = solve(g, factors, nodes)
+    for pattern in range(8):
+        holds = np.array([pattern >> k & 1 for k in range(3)], dtype=float)
+        given = values | dict(zip([*nodes, *closed], [*right, *holds], strict=True))
+        rows = np.vstack([G, holds[:, None] * stops])
+        K = np.block([[M, rows.T], [rows, np.diag([*np.zeros(m), *(holds - 1.0)])]])
+        assert evaluate(g, solution, given) == pytest.approx(np.linalg.solve(K, right), rel=1e-8, abs=1e-8)
+
+
 def test_pivot_ratio_finds_nearly_dependent_constraints():
     M, G = sparse_system(7, m=3)
     G[2] = G[0] + 1e-3 * G[2]

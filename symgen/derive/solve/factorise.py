@@ -197,9 +197,9 @@ class _Elimination(Rows):
         """A coordinate and a constraint whose 2 x 2 block is regular wherever the whole matrix is.
 
         A constraint on one coordinate alone prescribes it. A coordinate without inertia is given by a
-        constraint that has it with a constant coefficient, or by the only constraint that has it. Left to
-        the usual order, the first would need a regular M, the second a constraint that moves masses: a
-        piston without mass would divide by zero at its dead centres.
+        constraint that has it with a constant coefficient, or by the only constraint that has it while all that
+        can be switched off are. Left to the usual order, the first would need a regular M, the second a constraint
+        that moves masses: a piston without mass would divide by zero at its dead centres.
         """
         self._collect_pairs()
         while self.prescribed:
@@ -232,7 +232,7 @@ class _Elimination(Rows):
         if z in row or any(i < self.n for i in row):
             return []
         free = [(c, value) for c, value in row.items() if c not in self.switched]
-        sure = [c for c, value in free if len(row) == 1 or not self.g.mask[value] & MOTION]
+        sure = [c for c, value in free if len(free) == 1 or not self.g.mask[value] & MOTION]
         return [(self.g.mask[row[c]] != 0, len(self.entries[c]), z, c) for c in sure]
 
     def _massive(self, i: int) -> bool:
@@ -248,8 +248,12 @@ class _Elimination(Rows):
         self.own = {i: bare | {j for j in self.entries[i] if j < self.n} for i in self.left if i >= self.n}
 
     def _eligible(self, i: int) -> bool:
+        """Whether a row has a pivot; that of a constraint that can be switched comes from its coordinates alone."""
         row = self.entries[i]
-        return i in row and (i < self.n or not any(self._massive(j) for j in row.keys() & self.own[i]))
+        if i not in row or i < self.n:
+            return i in row
+        waits_for = row.keys() & self.own[i]
+        return not waits_for if i in self.switched else not any(self._massive(j) for j in waits_for)
 
     def _next(self) -> int:
         for i in self.touched:
