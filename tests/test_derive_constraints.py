@@ -9,6 +9,8 @@ from lagrange import Reference
 from mechanisms import CONSTRAINED
 
 from symgen.errors import ModelError
+from symgen.link import derive
+from symgen.model.toml_reader import read_text
 
 
 @pytest.fixture(scope="module")
@@ -210,3 +212,63 @@ def test_dependent_constraints_derive_and_show_in_the_pivot_ratio(constraints, m
     with np.errstate(all="ignore"):
         ratio = system.split(0.3, [np.float64(x) for x in y], system.p).ratio
     assert not ratio > 1e-12
+
+
+LINKAGE = """
+[parameters]
+l = 0.3
+coupler = 0.8
+[coordinates]
+a = { start = 0.5, rate = 8.0 }
+c = { guess = 1.5 }
+%s
+[energy]
+kinetic = "0.5*0.02*dot(a)^2"
+potential = "3*sin(a) + 10*(c - 1.5)^2"
+dissipation = "0.05*dot(c)^2"
+[constraints]
+"""
+BY_PLACES = """
+cx = "l*cos(a) + coupler*cos(b) - x"
+cy = "l*sin(a) + coupler*sin(b) - y"
+dx = "0.6*cos(c) + 0.9 - x"
+dy = "0.6*sin(c) - y"
+"""
+BY_A_ROD = 'rod = "(0.6*cos(c) + 0.9 - l*cos(a))^2 + (0.6*sin(c) - l*sin(a))^2 - coupler^2"'
+
+
+def test_links_without_mass_may_have_angles_and_places_of_their_own():
+    """Each stands in two constraints with a coefficient that moves; multipliers at the start were off by 1e-5."""
+    own = "x = { guess = 0.9 }\ny = { guess = 0.6 }\nb = { guess = 0.5 }"
+    ends = []
+    for coordinates, rows in ((own, BY_PLACES), ("", BY_A_ROD)):
+        system = derive(read_text("name = 'linkage'" + LINKAGE % coordinates + rows))
+        solution = system.run(t_end=2.0, method="taylor", rtol=1e-11)
+        assert not solution.objections
+        ends.append([solution["a"][-1], solution["c"][-1]])
+    assert ends[0] == pytest.approx(ends[1], abs=1e-8)
+
+
+def test_a_mechanism_without_any_mass_follows_its_drive():
+    """b, c and x are found from three constraints that share them; it was refused as not determined."""
+    system = derive(
+        read_text("""
+name = "driven"
+[coordinates]
+a = { start = 0.5, rate = 2.0 }
+b = { guess = 0.5 }
+c = { guess = 1.5 }
+x = { guess = 0.3 }
+[constraints]
+drive = "a - 0.5 - 2*t"
+cx = "0.3*cos(a) + 0.8*cos(b) - 0.6*cos(c) - 0.9"
+cy = "0.3*sin(a) + 0.8*sin(b) - 0.6*sin(c)"
+more = "x*cos(b) - 0.2*sin(c)"
+""")
+    )
+    solution = system.run(t_end=3.0, method="dop853")
+    assert not solution.objections
+    a, b, c, x = (solution[name] for name in "abcx")
+    assert a == pytest.approx(0.5 + 2.0 * solution.t, abs=1e-9)
+    assert 0.3 * np.cos(a) + 0.8 * np.cos(b) == pytest.approx(0.6 * np.cos(c) + 0.9, abs=1e-9)
+    assert x * np.cos(b) == pytest.approx(0.2 * np.sin(c), abs=1e-9)

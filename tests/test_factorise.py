@@ -92,6 +92,53 @@ def test_stops_of_coordinates_without_inertia_hold_and_let_go(seed, constraints_
         assert evaluate(g, solution, given) == pytest.approx(np.linalg.solve(K, right), rel=1e-8, abs=1e-8)
 
 
+def drawn_with_bare_coordinates(seed):
+    """M with some rows of zeros, a dense G, rows that can be switched on; None where some of that is near singular."""
+    r = np.random.default_rng(seed)
+    n, bare, n_switched = int(r.integers(3, 12)), int(r.integers(1, 4)), int(r.integers(0, 3))
+    m = int(r.integers(min(bare, n - 1), min(n, 7)))
+    bare = min(bare, m)
+    root = r.normal(size=(n, n)) * (r.random((n, n)) < 0.3)
+    M = root @ root.T + np.diag(r.uniform(0.5, 2.0, n))
+    M[n - bare :] = M[:, n - bare :] = 0.0
+    G = r.normal(size=(m, n)) * (r.random((m, n)) < r.uniform(0.2, 0.6))
+    S = r.normal(size=(n_switched, n)) * (r.random((n_switched, n)) < 0.4)
+    if not (G.any(axis=1).all() and S.any(axis=1).all()):
+        return None
+    patterns = [np.array([k >> i & 1 for i in range(n_switched)], dtype=float) for k in range(2**n_switched)]
+    matrices = []
+    for closed in patterns:
+        rows = np.vstack([G, closed[:, None] * S])
+        matrices.append(np.block([[M, rows.T], [rows, np.diag([*np.zeros(m), *(closed - 1.0)])]]))
+    return None if max(map(np.linalg.cond, matrices)) > 1e5 else (M, G, S, patterns, matrices)
+
+
+def test_coordinates_without_inertia_may_stand_in_any_constraints():
+    """Several of them in several constraints, with coefficients that move: no one constraint determines them."""
+    tested = 0
+    for seed in range(120):
+        case = drawn_with_bare_coordinates(seed)
+        if case is None:
+            continue
+        M, G, S, patterns, matrices = case
+        g, mass, jacobian, values = on_graph(M, G)
+        n = len(matrices[0])
+        nodes, closed = [g.var(PARAM, k) for k in range(n)], [g.var(PARAM, n + k) for k in range(len(S))]
+        jacobian += [
+            {int(j): g.mul(closed[k], g.const(row[j])) for j in np.flatnonzero(row)}
+            for k, row in enumerate(S)
+        ]
+        corner = {len(G) + k: g.sub(node, g.one) for k, node in enumerate(closed)}
+        factors = factorise(g, mass, jacobian, [f"x{k:02d}" for k in range(n)], corner)
+        right = np.random.default_rng(seed).normal(size=n)
+        for pattern, matrix in zip(patterns, matrices, strict=True):
+            given = values | dict(zip([*nodes, *closed], [*right, *pattern], strict=True))
+            x, known = np.array(evaluate(g, solve(g, factors, nodes), given)), np.linalg.solve(matrix, right)
+            assert np.abs(x - known).max() < 1e-8 * np.abs(known).max()
+        tested += 1
+    assert tested > 40
+
+
 def test_pivot_ratio_finds_nearly_dependent_constraints():
     M, G = sparse_system(7, m=3)
     G[2] = G[0] + 1e-3 * G[2]

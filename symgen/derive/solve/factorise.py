@@ -38,7 +38,8 @@ def factorise(
     the other coordinates is its Schur complement for E with constraints C, no smaller than without them, so positive
     definite. Fill does not matter: a constraint need not wait for what M alone couples to its coordinates.
     Coordinates that a constraint determines without regard to inertia come first, as pairs with that constraint (see
-    `_Elimination._next_pair`).
+    `_Elimination._next_pair`). Constraints of others without inertia are combined until one has them alone, by turns
+    as in a QR factorisation of their columns: regular wherever the whole matrix is.
 
     Parameters
     ----------
@@ -112,8 +113,7 @@ class _Elimination(Rows):
         return _Elimination(g, n, entries, names, switched)
 
     def run(self, by_loops: bool) -> Factors:
-        while (pair := self._next_pair()) is not None:
-            self.eliminate_pair(*pair)
+        self._eliminate_pairs()
         self._note_own_coordinates()
         self.touched = sorted(self.left)
         if by_loops and self._is_large():
@@ -126,6 +126,29 @@ class _Elimination(Rows):
         while self.left and not (by_loops and self._rest_is_dense()):
             self.eliminate(self._next())
         return self._with_dense_rest() if self.left else self.result
+
+    def _eliminate_pairs(self) -> None:
+        while True:
+            while (pair := self._next_pair()) is not None:
+                self.eliminate_pair(*pair)
+            shared = self._next_shared()
+            if shared is None:
+                return
+            self.combine(*shared)
+
+    def _next_shared(self) -> tuple[int, int, int] | None:
+        """Two constraints that share a coordinate without inertia which no pair determines, and the coordinate."""
+        shared = []
+        for z in self.left:
+            row = self.entries[z]
+            if z < self.n and z not in row and not any(i < self.n for i in row):
+                free = sorted((len(self.entries[c]), c) for c in row if c not in self.switched)
+                if len(free) > 1:
+                    shared.append((len(free), free[1][0], z, free))
+        if not shared:
+            return None
+        *_, z, free = min(shared)
+        return free[0][1], free[1][1], z
 
     def _is_large(self) -> bool:
         """Whether there are so many constraints that they are left to loops, once all coordinates are eliminated.

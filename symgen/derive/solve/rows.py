@@ -31,6 +31,15 @@ class Substitution:
 
 
 @dataclass(frozen=True)
+class Combination:
+    """Two constraints replaced by a c + b d and a d - b c, of which the second one is without a coordinate."""
+
+    rows: tuple[int, int]
+    a: int
+    b: int
+
+
+@dataclass(frozen=True)
 class Factors:
     """Block LDLᵀ in elimination order; rows below nv are coordinates, the next ones constraints.
 
@@ -38,7 +47,7 @@ class Factors:
     1 for constraints that do not influence each other, 0 for dependent ones.
     """
 
-    pivots: list[Pivot | Substitution]
+    pivots: list[Pivot | Substitution | Combination]
     conditions: list[int]
     rest: tuple[int, ...] = ()  # rows that are left to a dense factorisation by loops
     dense: int = -1  # and its node
@@ -99,6 +108,29 @@ class Rows:
         lower = {i: [g.dot(pair, column) for column in block] for i, pair in couplings.items()}
         self._apply(Pivot((z, c), block, lower))
 
+    def combine(self, c: int, d: int, z: int) -> None:
+        """Take a coordinate out of constraint d by constraint c: a turn and a stretch, which loses no digits.
+
+        Both have nothing in their diagonals.
+        """
+        g, rows = self.g, (dict(self.entries[c]), dict(self.entries[d]))
+        a, b = rows[0][z], rows[1][z]
+        for j in sorted(rows[0].keys() | rows[1].keys()):
+            of_c, of_d = (row.get(j, g.zero) for row in rows)
+            self._set(c, j, g.add(g.mul(a, of_c), g.mul(b, of_d)))
+            self._set(d, j, g.zero if j == z else g.sub(g.mul(a, of_d), g.mul(b, of_c)))
+        self.touched = [c, d, *rows[0].keys(), *rows[1].keys()]
+        self.result.pivots.append(Combination((c, d), a, b))
+
+    def _set(self, i: int, j: int, value: int) -> None:
+        """Set an entry beside the diagonal."""
+        self.n_entries += 2 * ((value != self.g.zero) - (j in self.entries[i]))
+        if value == self.g.zero:
+            self.entries[i].pop(j, None)
+            self.entries[j].pop(i, None)
+        else:
+            self.entries[i][j] = self.entries[j][i] = value
+
     def _apply(self, pivot: Pivot) -> None:
         """Subtract L D Lᵀ of a pivot from the rows that are left."""
         g = self.g
@@ -147,6 +179,13 @@ def solve(g: Graph, factors: Factors, right: list[int], along: Mapping[int, int]
             for i, factor in step.inputs.items():
                 x[i] = g.add(x[i], g.mul(factor, x[step.node]))
             continue
+        if isinstance(step, Combination):
+            c, d = step.rows
+            x[c], x[d] = (
+                g.add(g.mul(step.a, x[c]), g.mul(step.b, x[d])),
+                g.sub(g.mul(step.a, x[d]), g.mul(step.b, x[c])),
+            )
+            continue
         for i, entries in step.lower.items():
             for k, entry in zip(step.rows, entries, strict=True):
                 x[i] = g.sub(x[i], g.mul(entry, x[k]))
@@ -158,6 +197,13 @@ def solve(g: Graph, factors: Factors, right: list[int], along: Mapping[int, int]
     for step in reversed(factors.pivots):
         if isinstance(step, Substitution):
             x[step.node] = g.sum(g.mul(factor, x[i]) for i, factor in step.inputs.items())
+            continue
+        if isinstance(step, Combination):
+            c, d = step.rows
+            x[c], x[d] = (
+                g.sub(g.mul(step.a, x[c]), g.mul(step.b, x[d])),
+                g.add(g.mul(step.b, x[c]), g.mul(step.a, x[d])),
+            )
             continue
         here = [x[k] for k in step.rows]
         for position, k in enumerate(step.rows):
