@@ -272,3 +272,38 @@ more = "x*cos(b) - 0.2*sin(c)"
     assert a == pytest.approx(0.5 + 2.0 * solution.t, abs=1e-9)
     assert 0.3 * np.cos(a) + 0.8 * np.cos(b) == pytest.approx(0.6 * np.cos(c) + 0.9, abs=1e-9)
     assert x * np.cos(b) == pytest.approx(0.2 * np.sin(c), abs=1e-9)
+
+
+def test_a_loop_of_links_without_mass_takes_the_rate_that_is_given():
+    """The tip alone has mass, and the row that the drive does not move is small: rates 'cannot hold', it said."""
+    tree = """
+name = "tip"
+[coordinates]
+a = { start = 1.2, rate = 0.5 }
+b = { guess = -1.2 }
+c = { guess = -1.9 }
+[bodies.tip]
+mass = 1.0
+com = ["0.5*cos(a) + 0.8*cos(a + b)", "0.5*sin(a) + 0.8*sin(a + b)"]
+[gravity]
+y = "9.81"
+[constraints]
+cx = "0.5*cos(a) + 0.8*cos(a + b) + 0.6*cos(a + b + c) - 0.9"
+cy = "0.5*sin(a) + 0.8*sin(a + b) + 0.6*sin(a + b + c)"
+"""
+    rod = """
+name = "tip"
+[coordinates]
+a = { start = 1.2, rate = 0.5 }
+psi = { guess = -1.9 }
+[bodies.tip]
+mass = 1.0
+com = ["0.9 - 0.6*cos(psi)", "-0.6*sin(psi)"]
+[gravity]
+y = "9.81"
+[constraints]
+rod = "(0.9 - 0.6*cos(psi) - 0.5*cos(a))^2 + (0.6*sin(psi) + 0.5*sin(a))^2 - 0.64"
+"""
+    found = [derive(read_text(text)).run(t_end=2.0, method="dop853", rtol=1e-10) for text in (tree, rod)]
+    assert not any(solution.objections for solution in found)
+    assert found[0]["a"][-1] == pytest.approx(found[1]["a"][-1], abs=1e-8)

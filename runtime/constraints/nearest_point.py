@@ -66,6 +66,7 @@ def rates_after_reset(
 
 SOLVED = 1e-11  # scaled residual that counts as a solution
 ROUND_OFF = 1e-14  # scaled residual that no further step can improve
+_UNEQUAL, _LEAST_ROW = 1e-4, 1e-7  # parts of the largest row: one that is smaller, and how small it may be
 RANK_TOLERANCE = 1e-8  # singular values below this part of the largest are zero
 
 _MAX_STEPS = 100
@@ -265,7 +266,15 @@ def solve_with_restarts(problem: Problem, z0: np.ndarray, spread_by: np.ndarray 
 
 
 def pseudo_solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Return the least-squares solution of least norm."""
+    """Return the least-squares solution of least norm.
+
+    Rows much smaller than others, as of rates with inertia beside one without, count as they would by themselves.
+    """
+    if matrix.size:
+        sizes = np.abs(matrix).max(axis=1)
+        if sizes.min() < _UNEQUAL * sizes.max():
+            sizes = np.maximum(sizes, _LEAST_ROW * sizes.max())
+            matrix, right = matrix / sizes[:, None], right / sizes
     return np.linalg.lstsq(matrix, right, rcond=RANK_TOLERANCE)[0]
 
 
