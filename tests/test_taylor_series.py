@@ -189,6 +189,17 @@ def test_orders_written_out_have_the_bits_of_the_loop(name, monkeypatch):
             np.testing.assert_array_equal(out.view(np.int64), rows[0].view(np.int64))
 
 
+def test_terms_of_a_sum_wait_for_half_of_the_others_at_most():
+    system = load(ROOT / "generated" / "pendulum.py")
+    ir, _ = unrolled_kernel(Plan(read_motion(system)), "taylor", system.ny, MAX_ORDER, N_ROWS)
+    waits: dict[str, int] = {}
+    for line in ir.splitlines():
+        if "call <2 x double> @llvm.fmuladd" in line:
+            name, _, right = line.partition(" = ")
+            waits[name] = 1 + waits.get(right.rpartition(" ")[2].rstrip(")"), 0)
+    assert MAX_ORDER // 4 < max(waits.values()) <= MAX_ORDER // 2
+
+
 def test_a_product_of_another_piece_is_rounded_before_it_is_added():
     code = coding.Code("parts")
     code.begin_piece()
