@@ -11,13 +11,14 @@ import numpy as np
 import pytest
 
 from symgen import Model
+from symgen import load as load_model
 from symgen.runtime import load
 from symgen.runtime.code import compiler, engine
 from symgen.runtime.constraints.assembly import assemble
 from symgen.runtime.ensemble.arrays import aligned
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.taylor import code as coding
-from symgen.runtime.taylor import loops
+from symgen.runtime.taylor import inverse, loops
 from symgen.runtime.taylor.code import DECLARATIONS, Registers, sincos_function
 from symgen.runtime.taylor.kernel import MAX_ORDER, sum_kernel
 from symgen.runtime.taylor.loops import rolled_kernel, unrolled_kernel
@@ -187,6 +188,48 @@ def test_orders_written_out_have_the_bits_of_the_loop(name, monkeypatch):
             call(0.3, y, p, out)
         for out in rows[1:]:
             np.testing.assert_array_equal(out.view(np.int64), rows[0].view(np.int64))
+
+
+@pytest.mark.parametrize(
+    "name, options", [("n_pendulum", {"N": "9", "rods": "false"}), ("andrews_squeezer", {})]
+)
+def test_the_inverse_of_a_long_chain_solves_as_its_operations_do(name, options, monkeypatch):
+    system = load_model(name, **options)
+    kernels = []
+    for largest in (inverse._LARGEST, 0):
+        monkeypatch.setattr(inverse, "_LARGEST", largest)
+        ir, _ = rolled_kernel(Plan(read_motion(system)), "taylor", system.ny, MAX_ORDER, N_ROWS)
+        assert ("@taylor.product(" in ir) == (largest > 0)
+        kernels.append(kernel(ir, "taylor"))
+    p = system.parameter_values()
+    start = assemble(system, p, {}, {}, 0.0)
+    y = np.concatenate([start.q, start.v, np.zeros(system.ny - system.nq - system.nv)])
+    rows = np.zeros((2, N_ROWS * system.ny + 1))
+    rows[:, 0] = ORDER
+    p = system.precomputed(p) if system.n_precomputed else p
+    for call, out in zip(kernels, rows, strict=True):
+        call(0.1, y, p, out)
+    found, expected = rows[:, : ORDER * system.ny].reshape(2, ORDER, system.ny)
+    sizes = np.abs(expected).max(axis=1, keepdims=True)
+    assert np.all(sizes > 0.0)
+    np.testing.assert_allclose(found / sizes, expected / sizes, rtol=0, atol=1e-11)
+
+
+def test_short_solutions_have_no_inverse():
+    system = load(ROOT / "generated" / "heavy_top_absolute.py")
+    ir, _ = rolled_kernel(Plan(read_motion(system)), "taylor", system.ny, MAX_ORDER, N_ROWS)
+    assert "@taylor.product(" not in ir
+
+
+def test_terms_of_a_sum_wait_for_half_of_the_others_at_most():
+    system = load(ROOT / "generated" / "pendulum.py")
+    ir, _ = unrolled_kernel(Plan(read_motion(system)), "taylor", system.ny, MAX_ORDER, N_ROWS)
+    waits: dict[str, int] = {}
+    for line in ir.splitlines():
+        if "call <2 x double> @llvm.fmuladd" in line:
+            name, _, right = line.partition(" = ")
+            waits[name] = 1 + waits.get(right.rpartition(" ")[2].rstrip(")"), 0)
+    assert MAX_ORDER // 4 < max(waits.values()) <= MAX_ORDER // 2
 
 
 def test_a_product_of_another_piece_is_rounded_before_it_is_added():

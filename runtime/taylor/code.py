@@ -87,7 +87,7 @@ class Code:
         self._rows = lanes  # members side by side in `y`, `p` and `out`
         # Which products and sums LLVM makes one of may differ between vectors and numbers; members must not.
         self._loose = "" if lanes else "contract "
-        self._helpers: dict[str, str] = {}  # functions for lanes, by name
+        self._helpers: dict[str, str] = {}  # further functions, by name
         self.pieces: list[Piece] = []
         self.piece: Piece
         self.operations = 0
@@ -300,6 +300,14 @@ class Code:
 
     def declare(self, declaration: str) -> None:
         self._called.add(declaration)
+
+    def define(self, name: str, text: str) -> None:
+        """Add a function to the module."""
+        self._helpers[name] = text
+
+    def take_declarations(self, other: Code) -> None:
+        """Declare what another part of the module calls."""
+        self._called |= other._called
 
     def vector_type(self, width: int) -> str:
         """The type of so many products side by side."""

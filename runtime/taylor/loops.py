@@ -354,10 +354,10 @@ class _Unrolled(Steps):
         return self._sums[id(item), n][lane], [j for j in terms if j not in inner]
 
     def _summed(self, item: Lanes, n: int, terms: list[int]) -> list[Value]:
-        """The sums of all lanes, over the same terms."""
+        """The sums of all lanes, over the same terms: every other one apart, so that they wait less for each other."""
         code, kind, width = self.code, self.code.vector_type(item.width), item.width
-        total: Value = None
-        for j in terms:
+        halves: list[Value] = [None, None]
+        for i, j in enumerate(terms):
             a, b = self._row(item.width, item.xs, j), self._row(item.width, item.ys, n - j)
             if a is None or b is None:
                 continue
@@ -366,14 +366,18 @@ class _Unrolled(Steps):
                     self.code, item.width, [j * (e + 1.0) / n - 1.0 for e in item.exponents]
                 )
                 a = code.vector(f"fmul {kind} {weights}, {code.use(a)}", kind, width)
-            if total is None:
-                total = code.vector(f"fmul {kind} {code.use(a)}, {code.use(b)}", kind, width)
+            half = halves[i % 2]
+            if half is None:
+                text = f"fmul {kind} {code.use(a)}, {code.use(b)}"
             else:
-                total = code.vector(
-                    fused(code, width, code.use(a), code.use(b), code.use(total)), kind, width
-                )
-        if total is None:
+                text = fused(code, width, code.use(a), code.use(b), code.use(half))
+            halves[i % 2] = code.vector(text, kind, width)
+        parts = [half for half in halves if half is not None]
+        if not parts:
             return [None] * len(item.nodes)
+        total = parts[0]
+        if len(parts) == 2:
+            total = code.vector(f"fadd {kind} {code.use(total)}, {code.use(parts[1])}", kind, width)
         return [
             code.value(f"extractelement {kind} {code.use(total)}, i32 {lane}")
             for lane in range(len(item.nodes))

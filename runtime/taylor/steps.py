@@ -11,6 +11,7 @@ from symgen.runtime.code.llvm_text import constant
 from symgen.runtime.errors import Refusal
 from symgen.runtime.taylor.code import ONE, Code, Value
 from symgen.runtime.taylor.graph import CONVOLUTIONS, SOLVED, SeriesGraph
+from symgen.runtime.taylor.inverse import Solutions
 from symgen.runtime.taylor.motion import Motion
 from symgen.runtime.taylor.plan import LINEAR, Plan
 from symgen.runtime.taylor.reactions import Reactions
@@ -160,6 +161,7 @@ class Factors:
         self._taken_off: list[tuple[dict[int, Value], list[Value]]] = []
         self._before: dict[int, Value] = {}
         self._inverse_matrix: list[list[Value]] | None = None
+        self._solutions = Solutions(code, self._substitute)
         while (pair := self._next_pair()) is not None:
             self._eliminate(pair)
         # What a constraint waits for; inertia from constraints alone makes all of them wait.
@@ -171,10 +173,11 @@ class Factors:
     def solve(self, right: list[Value]) -> list[Value]:
         """Return the solution for a right-hand side."""
         if len(right) > LARGEST_INVERSE:
-            return self._substitute(right)
+            # What was taken off is not symmetric.
+            return self._substitute(self.code, right) if self._taken_off else self._solutions.of(right)
         if self._inverse_matrix is None:
             n = range(len(right))
-            columns = [self._substitute([ONE if i == j else None for i in n]) for j in n]
+            columns = [self._substitute(self.code, [ONE if i == j else None for i in n]) for j in n]
             self._inverse_matrix = [list(row) for row in zip(*columns)]
         return [self._product(row, right) for row in self._inverse_matrix]
 
@@ -184,7 +187,7 @@ class Factors:
         Entries are given by their places. To be called before anything is solved for.
         """
         code = self.code
-        response = self._substitute([column.get(i) for i in range(len(self.entries))])
+        response = self._substitute(code, [column.get(i) for i in range(len(self.entries))])
         rest: Value = ONE
         for i, value in row.items():
             rest = code.fnma(value, response[i], rest)
@@ -197,8 +200,7 @@ class Factors:
             total = self.code.fma(factor, value, total)
         return total
 
-    def _substitute(self, right: list[Value]) -> list[Value]:
-        code = self.code
+    def _substitute(self, code: Code, right: list[Value]) -> list[Value]:
         x = list(right)
         for pivot in self.pivots:
             for row, factors in pivot.lower.items():
@@ -320,10 +322,14 @@ class Solver:
         for node in solution.ratios:
             breathe()
             self.conditions.append(start.initial(node))
+        self._solutions = Solutions(start.code, self._carry_out)
 
     def solve(self, right: list[Value]) -> list[Value]:
         """Return the accelerations, and the multipliers with the opposite sign, for a right-hand side."""
-        start, graph, code = self.start, self.start.graph, self.start.code
+        return self._solutions.of(right)
+
+    def _carry_out(self, code: Code, right: list[Value]) -> list[Value]:
+        start, graph = self.start, self.start.graph
         values: dict[int, Value] = {}
 
         def value(node: int) -> Value:
