@@ -6,7 +6,6 @@ model's size. What it gets wrong in the same way each time need not show in step
 
 from __future__ import annotations
 
-import collections
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
@@ -25,6 +24,7 @@ from symgen.runtime.checks.equations_code import (
     make_held,
 )
 from symgen.runtime.code.call_block import call_block
+from symgen.runtime.kept_arrays import lent
 from symgen.runtime.lazy import Late
 from symgen.runtime.names import rate_labels
 from symgen.runtime.positions import Positions
@@ -49,7 +49,9 @@ def equations(solution: Solution) -> Iterator[HealthCheck]:
     worst = _Left()
     for system, p, of in _forms(solution, rows):
         t, states = solution.t[of], solution.states[of, : system.nq + system.nv]
-        worst = max(worst, _worst(system, p, t, states), key=lambda left: left.value)
+        precomputed = system.precomputed(p)
+        with lent(system, LookAtEquations, len(precomputed)) as look:
+            worst = max(worst, look.worst(system, p, precomputed, t, states), key=lambda left: left.value)
     if solution.parts is not None and len(rows):
         worst = max(worst, *_parts(solution, rows), key=lambda left: left.value)
     found = f"what is left of the equations of motion is {worst.value:.2g} of their terms, at most"
@@ -118,7 +120,7 @@ def _parts(solution: Solution, rows: np.ndarray) -> Iterator[_Left]:
             yield _Left(float(relative.max()), lambda name=name: name, float(t[i]), "rhs")
 
 
-class _Look:
+class LookAtEquations:
     """The equations of one form of a model at some states, held against `residual` in machine code.
 
     Each call from Python takes longer than what it is called for, and so does arithmetic of a few numbers.
@@ -136,10 +138,16 @@ class _Look:
         self._of_p = [1.0 + CHANGE * of[width:] for of in numbers]
         self._positions, self._call = Positions(system), call_block(hold_equations, self.held)
 
-    def worst(self, system: System, p: np.ndarray, t: np.ndarray, states: np.ndarray) -> _Left:
+    def fits(self, n_precomputed: int) -> bool:
+        """Whether it can look at runs of such parameters."""
+        return len(self.held.p) == n_precomputed
+
+    def worst(
+        self, system: System, p: np.ndarray, precomputed: np.ndarray, t: np.ndarray, states: np.ndarray
+    ) -> _Left:
         """Return what is left of the equation that least holds at some states."""
         held, n = self.held, len(t)
-        held.p[:] = system.precomputed(p)
+        held.p[:] = precomputed
         rows = solved_rows(system, held.p, t, states)
         if system.m and (system.dependent or not (rows[:, -1] >= LEAST_RATIO).all()):
             # Off the constraints, accelerations that dependent ones ask for contradict each other: none fits them all.
@@ -161,21 +169,6 @@ class _Look:
         return _Left(
             float(held.worst[0]), lambda: name(system, equation), float(t[state]), FUNCTIONS[function]
         )
-
-
-def _worst(system: System, p: np.ndarray, t: np.ndarray, states: np.ndarray) -> _Left:
-    """Return what is left of the equation that least holds at some states; arrays are those of a look before."""
-    n_precomputed = len(system.precomputed(p))
-    kept = vars(system).setdefault("_looks_at_equations", collections.deque(maxlen=1))
-    try:
-        look = kept.pop()  # none is shared: reports may be made in several threads
-    except IndexError:
-        look = None
-    if look is None or len(look.held.p) != n_precomputed:
-        look = _Look(system, n_precomputed)
-    worst = look.worst(system, p, t, states)
-    kept.append(look)
-    return worst
 
 
 def _addresses(system: System) -> list[int]:
