@@ -10,7 +10,7 @@ from numba import njit
 MODEL = {
     "abi": 1,
     "generator": "symgen 0.1.0",
-    "source": "sha256:525df5a781e29a79fe6db6dcebcb859c99135ad2aaa85ac123d950147ff6097d",
+    "source": "sha256:a56ca4f81bcbffc6ef178395a1e1c14798d5d7decedd48cde0a8366a02934700",
     "name": "chain_absolute",
     "description": "Chain of 6 pinned rods in absolute coordinates, released from horizontal",
     "nq": 18,
