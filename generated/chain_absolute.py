@@ -10,7 +10,7 @@ from numba import njit
 MODEL = {
     "abi": 1,
     "generator": "symgen 0.1.0",
-    "source": "sha256:a56ca4f81bcbffc6ef178395a1e1c14798d5d7decedd48cde0a8366a02934700",
+    "source": "sha256:435e7b6fdc48f2c0338feb076bedc35ff7be9af6047b4ad7e21a4a08d7553b75",
     "name": "chain_absolute",
     "description": "Chain of 6 pinned rods in absolute coordinates, released from horizontal",
     "nq": 18,

@@ -8,6 +8,8 @@ from symgen import Model
 def build(N=20) -> Model:
     """Describe the chain, which hangs from a fixed point and is released from horizontal.
 
+    It is written in text: of 10 000 rods, SymPy's expressions would take longer than all that follows.
+
     Three coordinates and two constraints a rod are many more unknowns than N relative angles, but the cost of an
     evaluation grows with N, not with its cube.
 
@@ -19,16 +21,14 @@ def build(N=20) -> Model:
     model = Model(
         "chain_absolute",
         description=f"Chain of {N} pinned rods in absolute coordinates, released from horizontal",
-    )
+    ).in_text()
     model.parameters(m="1 kg", L="0.2 m", g="9.81 m/s^2")
     model.gravity(y="-g")
-    # As text, which needs no computer algebra: of 10 000 rods it would take most of the time.
     end_x, end_y = "", ""
     for k in range(1, N + 1):
-        x, y, theta = f"x{k}", f"y{k}", f"theta{k}"
-        model.coordinate(x, unit="m", guess=0.2 * (k - 0.5), rate=0.0)
-        model.coordinate(y, unit="m", guess=0.0, rate=0.0)
-        model.coordinate(theta, unit="rad", start=pi / 2, rate=0.0)
+        x = model.coordinate(f"x{k}", unit="m", guess=0.2 * (k - 0.5), rate=0.0)
+        y = model.coordinate(f"y{k}", unit="m", guess=0.0, rate=0.0)
+        theta = model.coordinate(f"theta{k}", unit="rad", start=pi / 2, rate=0.0)
         half_x, half_y = f"L/2*sin({theta})", f"L/2*cos({theta})"
         model.body(
             f"rod{k}",
