@@ -22,6 +22,6 @@ setup(
     package_data={
         "symgen": ["py.typed"],
         "symgen.bundled": ["*.toml", "references/*.json", "robots/*"],
-        "symgen.runtime.code": ["loops/*.xz"],
+        "symgen.runtime.code": ["loops/*.xz", "loops/as_written.txt"],
     },
 )

@@ -10,7 +10,7 @@ from numba import njit
 MODEL = {
     "abi": 1,
     "generator": "symgen 0.1.0",
-    "source": "sha256:525df5a781e29a79fe6db6dcebcb859c99135ad2aaa85ac123d950147ff6097d",
+    "source": "sha256:435e7b6fdc48f2c0338feb076bedc35ff7be9af6047b4ad7e21a4a08d7553b75",
     "name": "chain_absolute",
     "description": "Chain of 6 pinned rods in absolute coordinates, released from horizontal",
     "nq": 18,

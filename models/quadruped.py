@@ -23,7 +23,7 @@ def build(stiffness=150.0, damping=4.0, crouch=0.2, friction=0.7) -> Model:
         Of the feet on the ground.
     """
     start = {f"{leg}_{joint}": angle for leg in LEGS for joint, angle in POSTURE.items()}
-    model = Model.from_urdf(URDF, base="free", motors=False, start=start | {"root_z": 0.36})
+    model = Model.from_urdf(URDF, base="free", motors=False, start=start | {"root_z": 0.36}).in_text()
     model.parameters(
         k=f"{stiffness} N*m", c=f"{damping} N*m*s", crouch=f"{crouch} rad", f="1 Hz", mu=friction
     )

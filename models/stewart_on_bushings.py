@@ -2,8 +2,7 @@
 
 from math import atan2, cos, hypot, pi, sin
 
-import symgen
-from symgen import Model, dot, t
+from symgen import Model
 
 BASE_RADIUS, PLATE_RADIUS, HEIGHT = 0.6, 0.35, 0.7
 BASE_SPREAD, PLATE_SPREAD = 0.25, 0.85  # half the angle between neighbouring feet, heads [rad]
@@ -21,21 +20,22 @@ def build(legs: int = 6, stiffness: float = 8e4) -> Model:
     stiffness : float
         Of the actuator in a leg [N/m].
     """
-    model = Model("stewart_on_bushings", description="Stewart platform whose legs carry a plate by bushings")
-    k, c = model.parameters(k=f"{stiffness} N/m", c="900 N*s/m")
-    amplitude, omega = model.parameters(amplitude="0.03 m", omega="9 rad/s")
+    about = "Stewart platform whose legs carry a plate by bushings"
+    model = Model("stewart_on_bushings", description=about).in_text()
+    model.parameters(k=f"{stiffness} N/m", c="900 N*s/m")
+    model.parameters(amplitude="0.03 m", omega="9 rad/s")
     model.gravity(z="-9.81 m/s^2")
     model.body("plate", density="2700 kg/m^3", shape={"cylinder": [PLATE_RADIUS, 0.012]})
     model.joint("plate", type="free", child="plate", guess=[0, 0, HEIGHT, 1, 0, 0, 0])
     for leg in range(legs):
-        _leg(model, leg, legs, k, c, amplitude * symgen.sin(omega * t + leg * 2 * pi / legs))
+        _leg(model, leg, legs, f"amplitude*sin(omega*t + {leg * 2 * pi / legs})")
     model.start(steady=True)
     model.output("height", "plate_z")
     model.run(t_end=2.0, fps=60)
     return model
 
 
-def _leg(model, leg, legs, k, c, wanted):
+def _leg(model, leg, legs, wanted):
     """A cylinder on a universal joint, a rod that slides in it as is wanted, and a bushing at the plate."""
     foot, head = places(leg, legs)
     reach = [b - a for a, b in zip(foot, head)]
@@ -61,7 +61,7 @@ def _leg(model, leg, legs, k, c, wanted):
     rubber = [ALONG] * 3 + [ABOUT] * 3
     lossy = [RUBBER * x for x in rubber]
     model.bushing(f"rubber{leg}", frames=(rod, f"socket{leg}"), stiffness=rubber, damping=lossy)
-    model.force(slide, k * (wanted - moved) - c * dot(moved))
+    model.force(slide, f"k*({wanted} - {moved}) - c*dot({moved})")
 
 
 def places(leg, legs):

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections import deque
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -90,3 +92,20 @@ def give_back(arrays: LoopArrays) -> None:
     """Leave arrays to the next run of their kind, unless another method or form has taken them over."""
     if arrays.home is not None and arrays.generation == 0:
         arrays.home.append(arrays)
+
+
+@contextlib.contextmanager
+def lent(system: System, kind: type, n_precomputed: int) -> Iterator[Any]:
+    """Lend what a look at runs of a model takes, `kind(system, n_precomputed)`: that of a look before, if it fits.
+
+    Nobody else has it meanwhile: reports may be made in several threads.
+    """
+    kept = vars(system).setdefault(f"_kept_{kind.__qualname__}", deque(maxlen=1))
+    try:
+        look = kept.pop()
+    except IndexError:
+        look = None
+    if look is None or not look.fits(n_precomputed):
+        look = kind(system, n_precomputed)
+    yield look
+    kept.append(look)

@@ -109,9 +109,10 @@ def _compare(header: dict, written: dict[str, np.ndarray], texts: dict, prefix: 
     def agree(
         name: str, here: np.ndarray, there: np.ndarray, other: str, first: tuple[int, int], width: int
     ) -> None:
-        lacks = np.setdiff1d(there[0] * width + there[1], here[0] * width + here[1])
-        if len(lacks):
-            i, j = divmod(int(lacks[0]), width)
+        wanted, own = there[0] * width + there[1], np.sort(here[0] * width + here[1])
+        lacks = np.searchsorted(own, wanted, "right") == np.searchsorted(own, wanted, "left")
+        if lacks.any():
+            i, j = divmod(int(wanted[lacks].min()), width)
             place = (first[0] + i) * width + first[1] + j
             meaning = result_label(header, name.removeprefix(CLOSED), place)
             texts[name].refuse(1, f"out[{place}] ({meaning}) is never written, but {other} has it")

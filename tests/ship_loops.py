@@ -59,6 +59,8 @@ def main() -> int:
             (shipped.FOLDER / name).unlink(missing_ok=True)
             if name in made:
                 (shipped.FOLDER / name).write_bytes(made[name])
+        if not chosen.check:
+            shipped.write_files(shipped.FOLDER, files_of_loops())
     print(f"{len(made)} loops, {sum(map(len, made.values())) / 1e6:.2f} MB; {len(changed)} of them changed")
     return 1 if changed and chosen.check else 0
 
@@ -87,6 +89,17 @@ def is_current(path: Path) -> bool:
         made_of == shipped.sources(loop) and path.name == shipped.file_name(loop, layout)
         for loop in loops().get(title, ())
     )
+
+
+def files_of_loops() -> dict[str, str]:
+    """Return what is known of the files of Python that each file of bitcode is made of, by its name."""
+    found = {}
+    for path in shipped.FOLDER.glob("*.xz"):
+        (title, _, made_of), _ = shipped.read(path)
+        for loop in loops().get(title, ()):
+            if made_of == shipped.sources(loop):
+                found[path.name] = shipped.as_written(loop)
+    return found
 
 
 def make(folder: Path, *, anew: bool) -> dict[str, bytes]:

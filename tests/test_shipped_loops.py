@@ -40,6 +40,13 @@ def test_a_file_knows_no_machine(path):
     assert os.fsencode(ROOT) not in bitcode and b".py" not in bitcode
 
 
+def test_files_that_have_not_changed_have_the_sources_that_were_shipped():
+    for name, written in shipped._files_when_shipped().items():
+        (title, _, made_of), _ = shipped.read(shipped.FOLDER / name)
+        for loop in loops()[title]:
+            assert shipped.as_written(loop) != written or shipped.sources(loop) == made_of
+
+
 def test_they_are_small():
     assert sum(path.stat().st_size for path in FILES) < 4e6
 
@@ -171,6 +178,13 @@ def test_what_does_not_fit_the_sources_is_left_to_numba(nothing_loaded, monkeypa
     other = Jitted(tripled)
     assert shipped.file_name(other, layout) == shipped.file_name(function, layout)
     assert shipped.find(other, layout) is None
+    # As files of Python that have not changed, in which both stand.
+    shipped.write_files(tmp_path, {shipped.file_name(function, layout): shipped.as_written(function)})
+    shipped._files_when_shipped.cache_clear()
+    monkeypatch.setattr(shipped, "sources", lambda function: "unknown")
+    assert shipped.find(function, layout) is not None
+    assert shipped.find(other, layout) is None
+    shipped._files_when_shipped.cache_clear()
     other(1.0, out)
     assert out[0] == 3.0
 

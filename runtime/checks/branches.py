@@ -17,7 +17,9 @@ import numpy as np
 
 from symgen.runtime.batches import evaluate
 from symgen.runtime.checks.entry import HealthCheck
+from symgen.runtime.constraints.frames_code import TURNS, WEIGHTS, LookAtFrames
 from symgen.runtime.constraints.levels import Constraints
+from symgen.runtime.kept_arrays import lent
 from symgen.runtime.positions import Positions
 
 if TYPE_CHECKING:
@@ -38,13 +40,13 @@ def branches(solution: Solution) -> Iterator[HealthCheck]:
     nh = system.nh
     if not 0 < nh <= _MOST_CONSTRAINTS or nh >= system.nv or solution.redundant or len(solution.t) < 3:
         return
-    rows = evaluate(system, "constraint_jacobian", solution.p, solution.t, solution.states)
-    rows = rows.reshape(len(rows), system.m, system.nv)[:, :nh]
-    by_entry = np.ascontiguousarray(rows.transpose(1, 2, 0))  # NumPy is fast along the frames
-    with np.errstate(over="ignore", invalid="ignore"):  # what grows beyond all numbers turns no more
-        weights = 1.0 / np.maximum((by_entry**2).sum(axis=0).max(axis=1), _TINY)
-        has_turned = _turned(rows[:-1], rows[1:], weights) if nh > 2 else _turns(by_entry, weights)
-    turned = np.flatnonzero(has_turned)
+    precomputed, turned = system.precomputed(solution.p), []
+    with lent(system, LookAtFrames, len(precomputed)) as look:
+        look.begin(system, precomputed)
+        look.see(WEIGHTS, solution.t, solution.states)
+        weights = 1.0 / np.maximum(look.of.weights, _TINY)
+        for first, end in look.look(TURNS, solution.t, solution.states):
+            turned += (first - 1 + np.flatnonzero(look.of.turned[: end - first])).tolist()
     places = [k for k in turned if _is_straight(solution, k)][:_MOST_PLACES]
     for k in places:
         gap = _Between(solution, weights).gap(k)
@@ -73,15 +75,6 @@ def _turned(first: np.ndarray, second: np.ndarray, weights: np.ndarray) -> np.nd
     if inner.shape[-1] == 1:
         return inner[..., 0, 0] < 0.0
     return np.linalg.det(inner) < 0.0
-
-
-def _turns(rows: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """The same between neighbours of one or two rows, shape (nh, nv, n), whose exterior products are short."""
-    products = rows[0]
-    if len(rows) == 2:
-        k, l = np.triu_indices(len(weights), 1)
-        products, weights = rows[0][k] * rows[1][l] - rows[0][l] * rows[1][k], weights[k] * weights[l]
-    return weights @ (products[:, :-1] * products[:, 1:]) < 0.0
 
 
 def _is_straight(solution: Solution, k: int) -> bool:

@@ -179,24 +179,35 @@ def time_scales_at(
     return _scales_of(system, q, v, _eigenvalues(system, motion_jacobians(system, p, t, q, v)))
 
 
+def rates_at(system: System, p: np.ndarray, t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Return `fastest`, `decay`, `motion` and `damping` at states of a model that is not large, shape (4, n)."""
+    return np.array(_rates_of(system, q, v, _eigenvalues(system, motion_jacobians(system, p, t, q, v))))
+
+
 def _scales_of(system: System, q: np.ndarray, v: np.ndarray, eigenvalues: np.ndarray) -> list[TimeScales]:
     """Return the time scales of states with these eigenvalues of their linearised motion, a row each."""
+    columns = (*_rates_of(system, q, v, eigenvalues), _turning(system, v))
+    return [
+        TimeScales(*rates, eigenvalues=row, turning=turning)
+        for *rates, turning, row in zip(*(x.tolist() for x in columns), eigenvalues)
+    ]
+
+
+def _rates_of(
+    system: System, q: np.ndarray, v: np.ndarray, eigenvalues: np.ndarray
+) -> tuple[np.ndarray, ...]:
+    """Return the first four attributes of `TimeScales`, shape (n,) each."""
     magnitudes, decays = np.abs(eigenvalues), -eigenvalues.real
     overdamped = decays > _OVERDAMPED * magnitudes
     motion = np.where(overdamped, 0.0, magnitudes).max(axis=1, initial=0.0)
     fastest = (np.arange(len(q)), magnitudes.argmax(axis=1)) if magnitudes.shape[1] else ()
-    columns = (
+    return (
         magnitudes.max(axis=1, initial=0.0),
         np.where(overdamped, decays, 0.0).max(axis=1, initial=0.0),
         # Swings and turns need steps even where the linearised motion is slow.
         np.maximum(motion, change_rate(system, q, v)),
         decays[fastest] if fastest else np.zeros(len(q)),
-        _turning(system, v),
     )
-    return [
-        TimeScales(biggest, decay, motion, damping, row, turning)
-        for biggest, decay, motion, damping, turning, row in zip(*(x.tolist() for x in columns), eigenvalues)
-    ]
 
 
 def _turning(system: System, v: np.ndarray) -> np.ndarray:

@@ -4,6 +4,9 @@ Typing and lowering a step loop with Numba takes ten times as long as LLVM needs
 out, which is the same for all models and machines. So it is done once, by `python -m tests.ship_loops`, and kept in
 `loops/`, a file for each function and each signature. A file serves as long as the sources that it was made of
 are those of the package; otherwise, and for functions that have none, Numba compiles.
+
+To tell that, sources are parsed, as comments do not count. Where files of Python are still what they were when loops
+were shipped, to the byte, that is known without.
 """
 
 from __future__ import annotations
@@ -19,6 +22,7 @@ if TYPE_CHECKING:
     from symgen.runtime.code.compile_jitted import Jitted
 
 FOLDER = Path(__file__).with_name("loops")
+_AS_WRITTEN = "as_written.txt"
 
 
 def file_name(function: Jitted, layout: str) -> str:
@@ -33,7 +37,8 @@ def find(function: Jitted, layout: str) -> bytes | None:
     if not path.exists():
         return None
     (_, _, made_of), content = read(path)
-    return content if made_of == sources(function) else None
+    is_current = _files_when_shipped().get(path.name) == as_written(function) or made_of == sources(function)
+    return content if is_current else None
 
 
 def read(path: Path) -> tuple[list[str], bytes]:
@@ -48,6 +53,34 @@ def write(folder: Path, function: Jitted, layout: str, content: bytes) -> Path:
     path = folder / file_name(function, layout)
     path.write_bytes(lzma.compress(head.encode() + b"\n" + content, preset=9))
     return path
+
+
+def write_files(folder: Path, of: dict[str, str]) -> None:
+    """Keep, for each file of bitcode by its name, what `as_written` says of its function."""
+    lines = "".join(f"{name} {written}\n" for name, written in sorted(of.items()))
+    (folder / _AS_WRITTEN).write_text(lines, encoding="ascii", newline="\n")
+
+
+@functools.cache
+def _files_when_shipped() -> dict[str, str]:
+    path = FOLDER / _AS_WRITTEN
+    return dict(line.split() for line in path.read_text("ascii").splitlines()) if path.exists() else {}
+
+
+def as_written(function: Jitted) -> str:
+    """Return a hash of the files that a function is written in, and of its constants: equal, so are its `sources`."""
+    texts = set()
+    for called in function.called():
+        constants = sorted(f"{of}={value!r}" for of, value in called.constants())
+        code = called.py_func.__code__
+        place = _hash_of_file(code.co_filename), str(code.co_firstlineno)
+        texts.add("\n".join((name(called), str(called.distinct_arrays), *place, *constants)))
+    return hashlib.sha256("\0".join(sorted(texts)).encode()).hexdigest()
+
+
+@functools.cache
+def _hash_of_file(path: str) -> str:
+    return hashlib.sha256(Path(path).read_bytes()).hexdigest()
 
 
 def name(function: Jitted) -> str:

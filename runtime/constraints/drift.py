@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen.runtime.batches import evaluate
-from symgen.runtime.constraints.levels import Constraints, kernel_of_jacobian, largest_in_rows
+from symgen.runtime.constraints.frames_code import DRIFT, VELOCITY_SCALES, LookAtFrames
+from symgen.runtime.constraints.levels import Constraints
+from symgen.runtime.kept_arrays import lent
 from symgen.runtime.record import record
 from symgen.runtime.sampling import sample_rows
 
@@ -42,37 +43,27 @@ def constraint_drift(solution: Solution) -> dict[str, Drift]:
     The scale of a position is the constraint's change over the coordinates' characteristic sizes; that of a
     velocity its largest term over the run, and at least that of a motion by one size over the whole run.
     """
-    system = solution.system
-    rows = evaluate(system, "constraint_residual", solution.p, solution.t, solution.states)
-    largest = np.maximum(np.abs(rows.max(axis=0)), np.abs(rows.min(axis=0)))
-    constraints = Constraints(system, solution.p, float(solution.t[0]))
+    system, t = solution.system, solution.t
+    constraints = Constraints(system, solution.p, float(t[0]))
     sizes = constraints.characteristic_sizes(solution.q[0])
+    frames = sample_rows(len(t), _STATES_FOR_SCALES)
+    duration = float(t[-1] - t[0])
+    precomputed = system.precomputed(solution.p)
+    with lent(system, LookAtFrames, len(precomputed)) as look:
+        look.begin(system, precomputed)
+        look.of.slow[:] = sizes / duration if duration > 0.0 else 0.0
+        look.see(DRIFT, t, solution.states)
+        look.see(VELOCITY_SCALES, t[frames], solution.states[frames])
+        largest, at, moving = look.of.largest.copy(), look.of.at.tolist(), look.of.scales.copy()
     found = {}
     if system.nh:
-        scales = constraints.position_scales(solution.q[0], sizes)
-        own = slice(None, system.nh)
-        found["position"] = _worst(rows[:, own], largest[own] / scales, constraints.names, solution)
-    own = slice(system.nh, None)
-    relative = largest[own] / _velocity_scales(solution, sizes)
-    found["velocity"] = _worst(rows[:, own], relative, constraints.names, solution)
+        relative = largest[: system.nh] / constraints.position_scales(solution.q[0], sizes)
+        found["position"] = _worst(relative, constraints.names, t[at[: system.nh]])
+    relative = largest[system.nh :] / np.where(moving > 0.0, moving, 1.0)
+    found["velocity"] = _worst(relative, constraints.names, t[at[system.nh :]])
     return found
 
 
-def _worst(rows: np.ndarray, relative: np.ndarray, names: list[str], solution: Solution) -> Drift:
-    # argmax finds a NaN first.
-    which = int(np.argmax(relative))
-    frame = int(np.argmax(np.abs(rows[:, which])))
-    return Drift(names[which], float(relative[which]), float(solution.t[frame]))
-
-
-def _velocity_scales(solution: Solution, sizes: np.ndarray) -> np.ndarray:
-    duration = float(solution.t[-1] - solution.t[0])
-    slow = sizes / duration if duration > 0.0 else np.zeros_like(sizes)
-    frames = sample_rows(len(solution.t), _STATES_FOR_SCALES)
-    system, p, t, v = solution.system, solution.p, solution.t[frames], solution.v[frames]
-    entries = evaluate(system, kernel_of_jacobian(system), p, t, solution.states[frames])
-    moving = largest_in_rows(system, entries, np.maximum(np.abs(v), slow))
-    still = np.hstack([solution.q[frames], np.zeros_like(v)])
-    driven = np.abs(evaluate(system, "constraint_residual", p, t, still))[:, system.nh :]
-    scales = np.fmax.reduce(np.fmax(moving, driven))
-    return np.where(scales > 0.0, scales, 1.0)
+def _worst(relative: np.ndarray, names: list[str], times: np.ndarray) -> Drift:
+    which = int(np.argmax(relative))  # a NaN first
+    return Drift(names[which], float(relative[which]), float(times[which]))

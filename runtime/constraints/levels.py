@@ -299,12 +299,13 @@ class Constraints:
         One that does not change, but for round-off, is held against its own value.
         """
         system, n = self._system, sizes.size
-        near = [q, *(self.positions.retract(q, NEAR * sizes * step) for step in random_steps(n))]
-        states = np.zeros((len(near), system.nq + n))
-        states[:, : system.nq] = near
+        states = np.zeros((3, system.nq + n))
+        states[0, : system.nq] = q
+        for row, step in zip(states[1:], NEAR * sizes * random_steps(n)):
+            row[: system.nq] = self.positions.retract(q, step)
         kernel = system.kernel(kernel_of_jacobian(system))
-        entries = kernel.rows(np.full(len(near), self.t), states, self.p)
-        change = largest_in_rows(system, entries, np.tile(sizes, (len(near), 1)))[:, : system.nh]
+        entries = kernel.rows(np.full(3, self.t), states, self.p)
+        change = largest_in_rows(system, entries, sizes[None])[:, : system.nh]
         scales = np.fmax.reduce(np.where(np.isfinite(change), change, 0.0))
         at = self.positions.per_rate(q, 0.0)
         scales = np.fmax(scales, DIGITS * largest_in_rows(system, entries[:1], at[None])[0, : system.nh])
@@ -338,7 +339,7 @@ def largest_in_rows(system: System, values: np.ndarray, factors: np.ndarray) -> 
     ----------
     values : ndarray, shape (n, m * nv) or (n, number of entries)
         What `kernel_of_jacobian` writes.
-    factors : ndarray, shape (n, nv)
+    factors : ndarray, shape (n, nv) or (1, nv)
     """
     n = len(values)
     if not is_large(system):

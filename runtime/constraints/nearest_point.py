@@ -5,7 +5,7 @@ The position constraints of a model as a problem for the nearest point, in the u
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -248,6 +248,13 @@ def metric(mass: np.ndarray) -> np.ndarray:
     return np.eye(len(mass))
 
 
+def _random_ways(n: int) -> Iterator[np.ndarray]:
+    """Yield n numbers between -1 and 1 as often as they are asked for; few starts need any."""
+    random = np.random.default_rng(20240229)
+    while True:
+        yield random.uniform(-1.0, 1.0, n)
+
+
 def solve_with_restarts(problem: Problem, z0: np.ndarray, spread_by: np.ndarray | None = None) -> np.ndarray:
     """Return the solution nearest to `z0`, or the best least-squares point that any start led to.
 
@@ -255,11 +262,11 @@ def solve_with_restarts(problem: Problem, z0: np.ndarray, spread_by: np.ndarray 
     """
     sizes = problem.sizes if spread_by is None else spread_by
     best = solve(problem, z0)
-    random = np.random.default_rng(20240229)
+    ways = _random_ways(z0.size)
     for spread in _SPREADS:
         if worst(problem.residual(best)) <= SOLVED:
             return slide_to_nearest(problem, best, z0)
-        z = solve(problem, z0 + spread * sizes * random.uniform(-1.0, 1.0, z0.size))
+        z = solve(problem, z0 + spread * sizes * next(ways))
         if np.linalg.norm(problem.residual(z)) < np.linalg.norm(problem.residual(best)):
             best = z
     return slide_to_nearest(problem, best, z0) if worst(problem.residual(best)) <= SOLVED else best

@@ -53,7 +53,7 @@ class InLanes(Subsystem):
         fastest = max(members, key=lambda member: member.choice.rate)
         super().__init__(
             first.system, np.array([m.p for m in members]), first.t_start, np.array([m.state for m in members]),
-            replace(first.choice, rate=fastest.choice.rate), is_asleep=False,
+            first.choice._replace(rate=fastest.choice.rate), is_asleep=False,
         )  # fmt: skip
         self.members, self.leg = members, leg
         self.titles = [title for member in members for title in member.titles]

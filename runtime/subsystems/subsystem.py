@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from symgen.runtime.batches import accelerations_and_multipliers, evaluate
-from symgen.runtime.checks.time_scales import motion_jacobian, time_scales, time_scales_at
+from symgen.runtime.checks.time_scales import motion_jacobian, rates_at
 from symgen.runtime.choose import EXPLICIT, SERIES, choose_constraints, choose_method, choose_step
 from symgen.runtime.constraints.energy_level import choose_energy_level
 from symgen.runtime.driver import Run
@@ -25,7 +25,6 @@ from symgen.runtime.size import is_large
 from symgen.runtime.timing.timetable import Timetable, timetable
 
 if TYPE_CHECKING:
-    from symgen.runtime.checks.time_scales import TimeScales
     from symgen.runtime.integrate.methods import Method
     from symgen.runtime.options import RunOptions
     from symgen.runtime.subsystems.decomposition import Kind
@@ -115,8 +114,8 @@ def are_at_rest(system: System, p: np.ndarray, t: float, states: np.ndarray, ato
         return rest
     tried = ~still & np.isfinite(a).all(axis=1)
     rows, a = slow[tried], a[tried]
-    moved = [positions.retract(q[k], _NEAR * sizes[k]) for k in rows]
-    change = np.abs(_accelerations(system, p[rows], t, np.hstack([moved, v[rows]])) - a) if moved else a
+    moved = positions.retractions(q[rows], (_NEAR * sizes[rows])[:, None])[:, 0]
+    change = np.abs(_accelerations(system, p[rows], t, np.hstack([moved, v[rows]])) - a) if len(rows) else a
     near = np.max(np.abs(a), axis=1, initial=0.0) <= _FAR * np.max(change, axis=1, initial=0.0)
     for k, acceleration in zip(rows[near], a[near]):
         jacobian = motion_jacobian(system, p[k], t, q[k], v[k])
@@ -150,8 +149,7 @@ def _is_stable_and_near(
     return bool(np.all(away[: system.nv] <= near) and np.all(away[system.nv :] <= near * max(1.0, fastest)))
 
 
-@dataclass(frozen=True)
-class Choice:
+class Choice(NamedTuple):
     """How one subsystem is integrated.
 
     Attributes
@@ -191,48 +189,48 @@ class Chooser:
 
     def choose(self, p: np.ndarray, states: np.ndarray) -> list[Choice]:
         """Return the choices for members with these parameters and starts, shapes (n, n_p) and (n, nq + nv)."""
-        scales = self._time_scales(p, states)
-        return [self._choice(*member) for member in zip(p, states, scales, self._keys(scales), strict=True)]
+        rates = self._rates(p, states)
+        keys, of_motion = self._keys(rates), zip(*rates[[0, 2]].tolist())
+        return [self._choice(p, states, *member) for member in zip(range(len(p)), keys, of_motion)]
 
-    def _time_scales(self, p: np.ndarray, states: np.ndarray) -> Sequence[TimeScales | None]:
+    def _rates(self, p: np.ndarray, states: np.ndarray) -> np.ndarray:
+        """Return `fastest`, `decay`, `motion` and `damping` of the members' time scales, shape (4, n); 0 if large."""
         system, start = self._system, self._settings.options.t_start
         if is_large(system):
-            return [None] * len(states)
+            return np.zeros((4, len(states)))
         q, v = states[:, : system.nq], states[:, system.nq :]
         if system.m:
-            return [time_scales(system, *member) for member in zip(p, [start] * len(p), q, v)]
-        return time_scales_at(system, p, np.full(len(p), start), q, v)
+            each = (
+                rates_at(system, p[k], np.array([start]), q[k : k + 1], v[k : k + 1]) for k in range(len(q))
+            )
+            return np.hstack(list(each))
+        return rates_at(system, p, np.full(len(p), start), q, v)
 
-    def _keys(self, scales: Sequence[TimeScales | None]) -> list[tuple[int, ...]]:
+    def _keys(self, rates: np.ndarray) -> list[tuple[int, ...]]:
         """What members that share a method have in common: their time scales, within a factor of two."""
         if self._formed or self._settings.options.method != "auto" or is_large(self._system):
-            return [()] * len(scales)
-        rates = np.array([(s.fastest, s.decay, s.motion, s.damping) for s in scales]).reshape(-1, 4)
-        return [
-            tuple(key) for key in np.floor(np.log2(np.maximum(np.abs(rates), 1e-30))).astype(int).tolist()
-        ]
+            return [()] * rates.shape[1]
+        powers = np.floor(np.log2(np.maximum(np.abs(rates.T), 1e-30))).astype(int)
+        return list(map(tuple, powers.tolist()))
 
     def _choice(
-        self, p: np.ndarray, state: np.ndarray, scales: TimeScales | None, key: tuple[int, ...]
+        self, p: np.ndarray, states: np.ndarray, k: int, key: tuple[int, ...], rates: tuple[float, float]
     ) -> Choice:
-        settings, system = self._settings, self._system
-        method, notes = self._method(p, state, key)
-        step, more = choose_step(method, system, p, state, settings.options)
-        rate = 1.0 / step if step else 0.0
-        if scales is not None and not step:
-            rate = scales.motion if method.stiff else scales.fastest
-        return Choice(method, step, self._treatment, max(rate, _LEAST_RATE), (*notes, *more))
+        """The choice for member k; members of one key share the method."""
+        options = self._settings.options
+        if key not in self._made:
+            self._made[key] = self._method(p[k], states[k])
+        method, notes = self._made[key]
+        if method.adaptive and options.step is None:
+            return Choice(method, 0.0, self._treatment, max(rates[method.stiff], _LEAST_RATE), notes)
+        step, more = choose_step(method, self._system, p[k], states[k], options)
+        return Choice(method, step, self._treatment, max(1.0 / step, _LEAST_RATE), (*notes, *more))
 
-    def _method(
-        self, p: np.ndarray, state: np.ndarray, key: tuple[int, ...]
-    ) -> tuple[Method, tuple[str, ...]]:
-        """The method, which members of one key share."""
+    def _method(self, p: np.ndarray, state: np.ndarray) -> tuple[Method, tuple[str, ...]]:
         if self._formed:
             return self._formed, ()
-        if key not in self._made:
-            found, why = choose_method(self._system, p, state, self._settings.options)
-            self._made[key] = found, tuple(why)
-        return self._made[key]
+        found, why = choose_method(self._system, p, state, self._settings.options)
+        return found, tuple(why)
 
 
 class MemberRun(Run):
@@ -405,9 +403,8 @@ def subsystems(
         columns = np.hstack([kind.q, whole.nq + kind.v])
         own_p, starts = p[kind.p], state[columns]
         members: dict[bytes, list[int]] = {}  # equal ones: the first, and its twins
-        for number in range(len(columns)):
-            key = own_p[number].tobytes() + starts[number].tobytes()
-            members.setdefault(key, []).append(number)
+        for number, row in enumerate(np.hstack([own_p, starts])):
+            members.setdefault(row.tobytes(), []).append(number)
         firsts = [equal[0] for equal in members.values()]
         choices = chooser.choose(own_p[firsts], starts[firsts])
         rest = np.zeros(len(firsts), dtype=bool)

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.model.algebra import postorder
+from symgen.runtime.sampling import quasi_random
 
 from ..model import algebra
 from ..model.description import Description
@@ -60,15 +61,17 @@ def _without_effect(d: Derivation, nodes: list[int]) -> list[int]:
     if len(left) > MOST_TRIED:
         return []
     order = g.reachable(nodes)
-    rng = np.random.default_rng(20)
+    variables = [node for node in order if g.op[node] == "var"]
+    # NumPy's random numbers take longer to load than this takes.
+    numbers = iter((0.8 + 0.4 * quasi_random(N_TRIALS * (len(variables) + len(left)))).tolist())
     for _ in range(N_TRIALS):
         if not left:
             break
-        values = {node: rng.uniform(0.4, 1.2) for node in order if g.op[node] == "var"}
+        values: dict = {node: next(numbers) for node in variables}
         for column, k in enumerate(left, 1):
             if x.q[k] in values:
                 varied = np.full(len(left) + 1, values[x.q[k]])
-                varied[column] = rng.uniform(0.4, 1.2)
+                varied[column] = next(numbers)
                 values[x.q[k]] = varied
         changed = np.zeros(len(left) + 1, dtype=bool)
         for value in evaluate(g, nodes, values):

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from ..errors import ModelError
-from . import algebra, exact
+from . import algebra, alike_texts, exact
 from .evaluate import NotFinite, evaluate
 from .functions import (
     ABBREVIATIONS,
@@ -73,10 +73,16 @@ def parse(text: str, tables: tuple[tuple[str, int], ...] = ()) -> Parsed:
     """
     if len(text) <= LONGEST_TEXT and (match := QUANTITY.fullmatch(text.strip())):
         return _parse_quantity(text, match)
+    form, names = (None if tables else alike_texts.form(text)) or ("", [])
+    if form and (template := alike_texts.known(form)) is not None:
+        return Parsed(template.of(names), text, None, template.decimals)
     tokens = tokenise(text)
     check_grammar(tokens, len(text), dict(tables))
     builder = _Builder(tokens, dict(tables))
-    return Parsed(builder.build(), text, None, frozenset(builder.decimals))
+    expression, decimals = builder.build(), frozenset(builder.decimals)
+    if form:
+        alike_texts.remember(form, names, expression, decimals)
+    return Parsed(expression, text, None, decimals)
 
 
 def quantity_value(text: str) -> tuple[float, Unit | None]:

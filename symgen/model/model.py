@@ -73,6 +73,8 @@ from .starts import make_start, together
 from .tyres import Tyre, add_tyre, without_made, without_pushes
 
 if TYPE_CHECKING:
+    from typing import Self
+
     import sympy
 
     from .values_of_runs import ValuesOfRuns
@@ -188,6 +190,23 @@ class Model(Declared):
         finally:
             if before is None:
                 del self._symbol
+            else:
+                self._symbol = before
+
+    def in_text(self) -> Self:
+        """Let methods return names as text from here on, where they return symbols of SymPy else; returns the model.
+
+        A model whose expressions are all text needs no SymPy, whose import takes longer than deriving most models.
+
+        Examples
+        --------
+        >>> m = Model("pendulum", gravity=(0, "-9.81 m/s^2")).in_text()
+        >>> theta = m.coordinate("theta", start=0.1)
+        >>> mass, l = m.parameters(m="1 kg", l="0.5 m")
+        >>> m.body("bob", mass=mass, com=(f"{l}*sin({theta})", f"-{l}*cos({theta})"))
+        """
+        self._symbol = str
+        return self
 
     def coordinate(
         self,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path, PurePosixPath
@@ -90,6 +89,8 @@ def _listed(variable: str) -> list[Path]:
 
 def _installed(name: str) -> Iterator[Path]:
     """The folder `share/NAME` of the Python package of this name; nothing of it is run."""
+    import importlib.metadata  # with all that reads mail, which few files ask for
+
     try:
         files = importlib.metadata.files(name) or []
     except (importlib.metadata.PackageNotFoundError, ValueError):
