@@ -1084,8 +1084,10 @@ def test_corners_of_boxes_are_outside_of_the_other_box_by_the_largest_of_three()
         (p, q), (turn_p, turn_q) = ([pose[:3] for pose in poses], [matrix(pose) for pose in poses])
         expected = [outside(other, turn_q.T @ (p + turn_p @ c - q)) for c in box_corners(EDGES)]
         expected += [outside(EDGES, turn_p.T @ (q + turn_q @ c - p)) for c in box_corners(other)]
-        found = gaps(system, np.concatenate([*poses, np.zeros(12)]))[:16]
-        np.testing.assert_allclose(sorted(found), sorted(expected), atol=1e-14)
+        found = gaps(system, np.concatenate([*poses, np.zeros(12)]))[:8]
+        # Of each two that are opposite to each other one.
+        apart = np.abs(found[:, None] - np.array(expected))
+        assert apart.min(axis=1).max() < 1e-14 and len(set(apart.argmin(axis=1))) == 8
 
 
 @pytest.mark.parametrize("first", [True, pytest.param(False, marks=pytest.mark.slow)])
@@ -1316,7 +1318,7 @@ def test_a_plank_that_tips_over_an_edge_by_more_than_45_degrees_slides_off_it(fi
     m.contact("hit", **names, **({"friction": friction} if friction else {}))
     run = m.derive().run(t_end=0.6, method="dop853", fps=200)
     assert run.ok, [check.says for check in run.objections]
-    assert [e.action for e in run.events].count("release") == 2 and run["free_z"][-1] < 0.0
+    assert run["free_z"][-1] < 0.0 and not run.contact_forces[-1].any()
     if friction:
         return
 

@@ -126,7 +126,7 @@ class Holding(LoneFriction):
             return forces, most, none
         given = forces
         small = UNDECIDED * here.sizes_of_free
-        slides = (self._coupled & ~acting[self.n_stops :]).any()
+        slides = (self._coupled & ~acting[self.n_stops :] & self._pressed(acting[: self.n_stops])).any()
         if not slides:  # whether what slides has stops that it follows depends on all
             forces = self._balanced(here, acting, forces, small)
         movable = acting & (np.abs(here.free + here.compliance @ forces) <= small)

@@ -112,9 +112,11 @@ def _says_of_crossed(pair: ContactPair, has_edges: bool) -> str:
     if pair.other is None:
         where = f"the surface comes up between the places with which {pair.body} touches it"
         return f"{where}, its corners or ends (give the contact a 'shape' of several spheres)"
+    remedy = f"(give the contact a 'shape' of capsules along the edges of {pair.body})"
     if has_edges:
-        return f"{pair.body} and {pair.other} are deeper in each other than their corners and edges tell"
-    return f"edges of {pair.body} and {pair.other} cross, which touch with their corners only"
+        what = f"{pair.body} and {pair.other} are deeper in each other than their corners and edges tell"
+        return f"{what}, as where a step goes through: take a smaller rtol or max_step {remedy.replace('(', '(or ')}"
+    return f"edges of {pair.body} and {pair.other} cross, which touch with their corners only {remedy}"
 
 
 def _write(writer: Writer, pair: ContactPair, name: str, touch: Meeting, made: Written) -> None:

@@ -124,20 +124,21 @@ class CrossingEdges:
             difference(_PARALLEL, square),
             difference(product([_STEEP, square]), squared(up)),
         ]
-        ends = []
+        ends, between = [], []
         for x, half in zip((first, second), lengths, strict=True):
             x = define(product([by, x]))
-            size = self._size(x)
-            bounds.append(difference(size, define(total([half, self.least]))))
-            past = nearest.number(difference(size, half), algebra.ZERO, algebra.ONE)
+            past = nearest.number(difference(self._size(x), half), algebra.ZERO, algebra.ONE)
             ends.append(nearest.settle(product([past, nearest.number(x, algebra.NEGATIVE_ONE, algebra.ONE)])))
+            between.append(difference(algebra.ONE, past))
+        # Past an end a line that is lower than the other says nothing.
+        counts = nearest.settle(nearest.number(deep, product(between), algebra.ONE))
         is_pair = define(product([nearest.number(x, algebra.ONE, algebra.ZERO) for x in bounds]))
         is_pair = nearest.settle(is_pair)
         none = difference(algebra.ONE, is_pair)
         by = define(inverted(total([square, none])))
         root = define(algebra.Pow(by, HALF, evaluate=False))
         s, t = (define(product([by, x])) for x in (first, second))
-        gap = product([sense, root, height])
+        gap = product([counts, sense, root, height])
         for x, end, half in zip((s, t), ends, lengths, strict=True):
             beyond = difference(product([end, x]), product([squared(end), half]))
             gap = total([gap, self._rounded(define(product([inverted(root), beyond])))])
