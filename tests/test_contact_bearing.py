@@ -268,6 +268,7 @@ def test_what_is_integrated_again_is_given_up_where_nothing_that_is_told_happens
     assert len(acts) < 1000
 
 
+@pytest.mark.slow
 def test_a_ball_between_a_box_and_a_wall_is_held_within_the_limits_of_friction():
     """Its friction was put at the limit, and beyond it a moment later: a run was right, and called doubtful."""
     verdict, why = touching_solids.judge(touching_solids.draw(1, "wedged", 0), "dop853")

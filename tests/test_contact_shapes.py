@@ -1305,8 +1305,9 @@ def test_an_edge_that_falls_on_an_edge_off_the_middle_exchanges_the_impulse_of_n
         np.testing.assert_allclose(after[6 * k + 3 : 6 * k + 6], spin, atol=1e-7)
 
 
-@pytest.mark.parametrize("friction", [pytest.param(0.0), pytest.param(0.3, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("friction", [0.0, 0.3])
 @pytest.mark.parametrize("first", [True, False])
+@pytest.mark.slow
 def test_a_plank_that_tips_over_an_edge_by_more_than_45_degrees_slides_off_it(first, friction):
     """Its edges went over to other gaps there, one of which was closed and the other hit nothing."""
     m, half = Model("tips", gravity=(0, 0, -G)), 0.02
