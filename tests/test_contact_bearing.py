@@ -14,6 +14,7 @@ from symgen.runtime.contact import circles
 from symgen.runtime.contact.onset import onset_directions
 from symgen.runtime.contact.settings import Layout
 from symgen.runtime.contact.switching import Switching
+from tests.stress import touching_solids
 from tests.stress.loaded_boxes import draw, judge
 from tests.stress.scenario import RIGHT
 
@@ -265,3 +266,24 @@ def test_what_is_integrated_again_is_given_up_where_nothing_that_is_told_happens
     monkeypatch.setattr(Switching, "act", count)
     assert draw(1, "tall", 4).derive().run(t_end=2.0, fps=1000, method="dop853").ok
     assert len(acts) < 1000
+
+
+@pytest.mark.slow
+def test_a_ball_between_a_box_and_a_wall_is_held_within_the_limits_of_friction():
+    """Its friction was put at the limit, and beyond it a moment later: a run was right, and called doubtful."""
+    verdict, why = touching_solids.judge(touching_solids.draw(1, "wedged", 0), "dop853")
+    assert verdict == RIGHT, why
+
+
+@pytest.mark.slow
+def test_what_happens_does_not_depend_on_the_unit_of_mass():
+    """Of four corners that bear alike three are chosen, which round-off did."""
+    loaded, told = draw(1, "turned", 3), []
+    (sizes,), (mass,), (yaw,) = loaded.sizes.tolist(), loaded.masses, loaded.yaws
+    for unit in (1.0, 1e3, 1e-3):
+        loads = {"pull": (unit * loaded.pull / mass).tolist(), "turn": unit * loaded.turn / mass}
+        box = box_on_floor(sizes, loaded.friction, yaw=float(yaw), mass=unit, **loads)
+        run = box.run(t_end=0.8, method="dop853")
+        assert run.ok
+        told.append([(e.name, e.action, round(e.t, 6)) for e in run.events])
+    assert told[0] == told[1] == told[2] and len(told[0]) >= 2

@@ -1084,8 +1084,10 @@ def test_corners_of_boxes_are_outside_of_the_other_box_by_the_largest_of_three()
         (p, q), (turn_p, turn_q) = ([pose[:3] for pose in poses], [matrix(pose) for pose in poses])
         expected = [outside(other, turn_q.T @ (p + turn_p @ c - q)) for c in box_corners(EDGES)]
         expected += [outside(EDGES, turn_p.T @ (q + turn_q @ c - p)) for c in box_corners(other)]
-        found = gaps(system, np.concatenate([*poses, np.zeros(12)]))[:16]
-        np.testing.assert_allclose(sorted(found), sorted(expected), atol=1e-14)
+        found = gaps(system, np.concatenate([*poses, np.zeros(12)]))[:8]
+        # Of each two that are opposite to each other one.
+        apart = np.abs(found[:, None] - np.array(expected))
+        assert apart.min(axis=1).max() < 1e-14 and len(set(apart.argmin(axis=1))) == 8
 
 
 @pytest.mark.parametrize("first", [True, pytest.param(False, marks=pytest.mark.slow)])
@@ -1213,7 +1215,7 @@ def test_crossing_edges_are_apart_by_the_distance_of_the_boxes():
         assert len(found) == 24 and found.min() > 0
         inside = np.abs(x) < bound - 1e-9
         if inside[:3].sum() == inside[3:].sum() == 1 and distance < 0.03:
-            assert found[16:].min() == pytest.approx(distance, abs=1e-14)
+            assert found[8:].min() == pytest.approx(distance, abs=1e-14)
             n += 1
     assert n > 30
 
@@ -1225,11 +1227,11 @@ def test_planks_that_cross_bounce_and_come_to_rest(method):
     assert run.ok, [check.says for check in run.objections]
     first = np.sqrt(2 * 0.2 / G)
     hits = [first, 2 * first, 2.5 * first]  # half the speed, half the time in the air
-    assert all(e.name in ("hit_17", "hit_18", "hit_19", "hit_20") for e in run.events)
+    assert all(e.name in ("hit_9", "hit_11", "hit_17", "hit_19") for e in run.events)
     np.testing.assert_allclose([e.t for e in run.events[:12]], np.repeat(hits, 4), rtol=1e-7)
     assert run["plank_free_z"][-1] == pytest.approx(0.1, abs=1e-12)
     assert np.abs(run.v[-1]).max() < 1e-12 and run.energy.max_error < 1e-6
-    assert run.contact_forces[-1, 16:20].sum() == pytest.approx(G, rel=1e-9)
+    assert run.contact_forces[-1, 8:24].sum() == pytest.approx(G, rel=1e-9)
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.4])
@@ -1275,7 +1277,7 @@ def test_an_edge_that_falls_on_an_edge_off_the_middle_exchanges_the_impulse_of_n
     free_body(m, "top", {"box": [0.8, 0.2, 0.2]}, pose((0.2, 0.1, 0.35), across), (0, 0.1, -1.0, 0, 0, 0.3))
     m.contact("hit", body="top", other="low", restitution=0.4)
     run = m.derive().run(t_end=0.2, method="dop853", rtol=1e-11, atol=1e-12)
-    assert run.ok and len(run.events) == 1 and int(run.events[0].name[4:]) > 16
+    assert run.ok and len(run.events) == 1 and int(run.events[0].name[4:]) > 8
     q, v, after = run.events[0].q_before, run.events[0].v_before, run.events[0].v_after
     turns, middles = [matrix(q[:7]), matrix(q[7:])], [q[:3], q[7:10]]
     halves = [np.array([0.5, 0.1, 0.1]), np.array([0.4, 0.1, 0.1])]
@@ -1301,3 +1303,63 @@ def test_an_edge_that_falls_on_an_edge_off_the_middle_exchanges_the_impulse_of_n
         np.testing.assert_allclose(after[6 * k : 6 * k + 3], v[6 * k : 6 * k + 3] + push, atol=1e-8)
         spin = v[6 * k + 3 : 6 * k + 6] + turns[k].T @ inverse[k] @ np.cross(arms[k], push)
         np.testing.assert_allclose(after[6 * k + 3 : 6 * k + 6], spin, atol=1e-7)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+@pytest.mark.parametrize("first", [True, False])
+@pytest.mark.slow
+def test_a_plank_that_tips_over_an_edge_by_more_than_45_degrees_slides_off_it(first, friction):
+    """Its edges went over to other gaps there, one of which was closed and the other hit nothing."""
+    m, half = Model("tips", gravity=(0, 0, -G)), 0.02
+    m.body("plank", mass=1.0, inertia=[0.0013, 0.03, 0.03], shape={"box": [0.6, 0.06, 2 * half]})
+    m.joint("free", type="free", child="plank", start=[0.08, 0, 0.2 + half, 1, 0, 0, 0])
+    m.body("low", mass=1.0, inertia=[1.0] * 3, shape={"box": [2 * half, 0.6, 0.2]})
+    m.joint("held", type="fixed", child="low", origin={"xyz": [0, 0, 0.1]})
+    names = {"body": "plank", "other": "low"} if first else {"body": "low", "other": "plank"}
+    m.contact("hit", **names, **({"friction": friction} if friction else {}))
+    run = m.derive().run(t_end=0.6, method="dop853", fps=200)
+    assert run.ok, [check.says for check in run.objections]
+    assert run["free_z"][-1] < 0.0 and not run.contact_forces[-1].any()
+    if friction:
+        return
+
+    # Without friction: about the edge, s along the plank from its middle to the edge and the angle a.
+    def rates(_, y):
+        s, a, ds, da = y  # middle = edge - s e + half n, with e = (cos a, -sin a), n = (sin a, cos a)
+        e, n = np.array([np.cos(a), -np.sin(a)]), np.array([np.sin(a), np.cos(a)])
+        columns = np.column_stack(
+            [-e, s * n + half * e]
+        )  # of the middle's velocity by ds and da: e' = -n, n' = e
+        mass = columns.T @ columns + np.diag([0.0, 0.03])
+        bias = 2 * ds * da * n + da**2 * (s * e - half * n)
+        return [ds, da, *np.linalg.solve(mass, columns.T @ (np.array([0.0, -G]) - bias))]
+
+    fine = solve_ivp(rates, (0, 0.28), [-0.06, 0, 0, 0], "DOP853", rtol=1e-12, atol=1e-13, dense_output=True)
+    k = int(np.flatnonzero(run.t <= 0.28)[-1])
+    s, a = fine.sol(run.t[k])[:2]
+    middle = (
+        np.array([half, 0.2])
+        - s * np.array([np.cos(a), -np.sin(a)])
+        + half * np.array([np.sin(a), np.cos(a)])
+    )
+    np.testing.assert_allclose([run["free_x"][k], run["free_z"][k]], middle, atol=1e-7)
+
+
+@pytest.mark.parametrize("stiffness", [None, "1e6 N/m^1.5"])
+@pytest.mark.parametrize("side", [(-1, 0), (1, 0), (0, -1), (0, 1)])
+def test_a_ball_that_is_pressed_on_the_upright_side_of_a_box_rubs_there(side, stiffness):
+    """The direction up had no part in the friction where a normal was level: it fell freely."""
+    m, mu, pressed, r = Model("ball", gravity=(0, 0, -G)), 0.2, 6.0, 0.1
+    deep = (pressed / 1e6) ** (2 / 3) if stiffness else 0.0
+    free_body(m, "ball", {"sphere": [r]}, (*(-(0.5 + r - deep) * x for x in side), 0, 1, 0, 0, 0))
+    m.body("box", mass=1, shape={"box": [1.0, 1.0, 1.0]})
+    m.joint("held", type="fixed", child="box")
+    m.load("push", point=m.point("middle", body="ball"), force=[*(pressed * x for x in side), 0])
+    law = {"stiffness": stiffness, "smooth": 1e-6} if stiffness else {}
+    m.contact("hit", body="ball", other="box", friction=mu, **law)
+    run = m.derive().run(t_end=0.1, method="radau5" if stiffness else "dop853")
+    assert run.ok, [check.says for check in run.objections]
+    # It slides and spins up, as 2/5 m r² ω' = μ F r is less than rolling takes.
+    assert run["ball_free_vz"][-1] == pytest.approx(
+        -(G - mu * pressed) * 0.1, abs=1e-6 if stiffness else 1e-9
+    )

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from symgen import Model
 from symgen.runtime import load, solve
+from symgen.runtime.checks.jumped_over import Path as RecordedPath
 from symgen.runtime.checks.missed_events import _crossings
 from symgen.runtime.inputs import Table
 
@@ -344,3 +346,20 @@ def test_a_well_beside_other_events_and_jumps_is_said():
         assert said.check == "missed events" and "'inside' was passed by" in said.says
     far = model.replace("WHERE", "inside").replace("PLACE", "0.05")
     assert not Model.from_toml(far).derive().run(t_end=3.0, method="dop853", max_step=0.2).objections
+
+
+def test_frames_that_are_round_off_apart_make_no_slopes_of_round_off():
+    """Frames of two grids are: the path between others dipped below zero there, which looked like a crossing."""
+    m = Model("spin", gravity=(0, 0, 0))
+    m.body("top", mass=1, inertia=[0.02, 0.03, 0.04], shape={"sphere": [0.1]})
+    m.joint("free", type="free", child="top", rate=[0.1, 0, 0, 0, 0, 2.0])
+    run = m.derive().run(t_end=1.0, fps=100, method="dop853")
+    twice = np.insert(np.arange(len(run.t)), 50, 49)
+    t = run.t[twice]
+    t[50] = np.nextafter(t[50], 2.0)
+    states = run.states[twice]
+    states[50, 3] += 1e-16
+    of_path = SimpleNamespace(system=run.system, p=run.p, t=t, states=states, step_log=run.step_log)
+    with np.errstate(all="ignore"):
+        slopes = RecordedPath(of_path, "residual", run.system.nv)._slopes[:, 3:7]
+    assert np.abs(slopes).max() < 1.1  # of a unit quaternion at 2 rad/s

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.errors import ModuleError
+from symgen.runtime.options import SAME_TICKS, time_resolution
 from symgen.runtime.sampling import sample_rows
 from symgen.runtime.timing.intervals import Intervals, Range
 from symgen.runtime.timing.search import TimeTerms
@@ -92,7 +93,9 @@ class Path:
 
     def __init__(self, solution: Solution, function: str, n_more: int, jumps: Sequence[EventRecord] = ()):
         self._equations = TimeTerms(solution.system, solution.p, function)
-        keep = np.append(True, np.diff(solution.t) > 0.0)
+        # Frames that are round-off apart, as of two grids, would make slopes of round-off.
+        least = SAME_TICKS * time_resolution(solution.t[0], solution.t[-1])
+        keep = np.append(np.diff(solution.t) > least, True)
         self.t, self._y = solution.t[keep], solution.states[keep]
         self.smooth = np.ones(len(self.t) - 1, dtype=bool)
         if jumps:

@@ -41,6 +41,7 @@ _SAME_WAY = (
     0.9  # cosine of the angle between two answers to the same question, or two directions of one sliding
 )
 _ASTRAY = 2.0  # times the angle that an aim lasts for: the force across it is not that of an aim
+_ALIKE = 9  # digits of forces that are the same but for round-off
 _OFF_AIM = 1e-6  # of the speed along an aim: what goes across beyond that has another direction
 
 
@@ -126,7 +127,7 @@ class Holding(LoneFriction):
             return forces, most, none
         given = forces
         small = UNDECIDED * here.sizes_of_free
-        slides = (self._coupled & ~acting[self.n_stops :]).any()
+        slides = (self._coupled & ~acting[self.n_stops :] & self._pressed(acting[: self.n_stops])).any()
         if not slides:  # whether what slides has stops that it follows depends on all
             forces = self._balanced(here, acting, forces, small)
         movable = acting & (np.abs(here.free + here.compliance @ forces) <= small)
@@ -576,7 +577,9 @@ class Holding(LoneFriction):
             if not (pressed & ~_independent(here.compliance, [pressed], np.arange(self.n))).any():
                 return forces
             rows = np.flatnonzero(pressed)
-            for i in rows[np.lexsort((forces[rows], bearing[rows]))]:
+            # What is alike but for round-off is left out in one order, whatever the units are.
+            alike = np.round(forces[rows] / forces[rows].max(), _ALIKE)
+            for i in rows[np.lexsort((alike, bearing[rows]))]:
                 rest = acting & (pressed | (np.arange(self.n) >= self.n_stops)) & (np.arange(self.n) != i)
                 rest[self.n_stops :] &= self._pressed(rest[: self.n_stops])
                 found = self._holding(here, rest, acting, levels) if same_motion else None

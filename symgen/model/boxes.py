@@ -20,6 +20,7 @@ from . import algebra
 from .elements import Vector, scalar_product
 from .functions import branch, smooth_minimum
 from .ready_made import HALF
+from .segments import SIDES, Nearest, Number
 from .surfaces import moved
 from .unevaluated import difference, negated, product, squared, total
 
@@ -40,11 +41,15 @@ class Block:
 
     def corners(self) -> Iterator[tuple[Vector, tuple[algebra.Expr, ...]]]:
         """Its corners, and on which sides they are."""
-        for sides in itertools.product((algebra.NEGATIVE_ONE, algebra.ONE), repeat=len(self.halves)):
-            place = self.place
-            for side, axis, half in zip(sides, self.axes, self.halves, strict=True):
-                place = moved(place, axis, product([side, half]))
-            yield place, sides
+        for sides in itertools.product(SIDES, repeat=len(self.halves)):
+            yield self.at(sides), sides
+
+    def at(self, sides: Sequence[algebra.Expr]) -> Vector:
+        """The place that is so many half edges from the middle."""
+        place = self.place
+        for side, axis, half in zip(sides, self.axes, self.halves, strict=True):
+            place = place if side == algebra.ZERO else moved(place, axis, product([side, half]))
+        return place
 
     def middles(self) -> Iterator[Vector]:
         """Those of its edges and sides."""
@@ -52,10 +57,7 @@ class Block:
             (algebra.NEGATIVE_ONE, algebra.ZERO, algebra.ONE), repeat=len(self.halves)
         ):
             if algebra.ZERO in sides and any(side != algebra.ZERO for side in sides):
-                place = self.place
-                for side, axis, half in zip(sides, self.axes, self.halves, strict=True):
-                    place = place if side == algebra.ZERO else moved(place, axis, product([side, half]))
-                yield place
+                yield self.at(sides)
 
     @property
     def least(self) -> algebra.Expr:
@@ -91,14 +93,15 @@ class Boxes:
         self.along_b = [define(scalar_product(apart, f)) for f in b.axes]
 
     def corners(self) -> Iterator[Meeting]:
-        """Those of each on the sides of the other."""
+        """Those of each on the sides of the other; in space of two that are opposite to each other the facing one."""
         columns = [list(column) for column in zip(*self.cosines)]
         from_a = [negated(x) for x in self.along_a]
-        for own, other, middle, cosines in (
-            (self.a, self.b, self.along_b, columns),
-            (self.b, self.a, from_a, self.cosines),
+        facing = self.facing if len(self.a.halves) == 3 else (None, None)
+        for own, other, middle, cosines, towards in (
+            (self.a, self.b, self.along_b, columns, facing[0]),
+            (self.b, self.a, from_a, self.cosines, facing[1]),
         ):
-            for place, sides in own.corners():
+            for place, sides in own.corners() if towards is None else self._on_side(own, towards):
                 here = [
                     total([x, *(product([s, h, c]) for s, h, c in zip(sides, own.halves, row))])
                     for x, row in zip(middle, cosines, strict=True)
@@ -108,6 +111,15 @@ class Boxes:
                 ]
                 gap = reduce(_larger, outside)
                 yield Meeting(gap, place, self._along_sides(outside, other.axes))
+
+    def _on_side(
+        self, own: Block, facing: Sequence[Number]
+    ) -> Iterator[tuple[Vector, tuple[algebra.Expr, ...]]]:
+        """The corners of a side as `Block.corners` has them: each is of two that are opposite to each other."""
+        for signs in itertools.product([algebra.ONE], SIDES, SIDES):
+            towards = Nearest(self.define).settle(scalar_product(signs, facing))
+            sides = tuple(product([towards, sign]) for sign in signs)
+            yield own.at(sides), sides
 
     def crossed(self, gaps: Sequence[algebra.Expr], share: algebra.Expr) -> algebra.Expr:
         """What falls to zero where the boxes are deeper in each other than their corners are.
@@ -154,6 +166,51 @@ class Boxes:
             reach, square = self._between(i, j)
             found.append(self.define(product([reach, algebra.Pow(square, -HALF, evaluate=False)])))
         return found
+
+    @cached_property
+    def facing(self) -> tuple[list[Number], list[Number]]:
+        """The sides of both that face each other, in space: their outward normals, each in its box's own axes.
+
+        Boxes that touch face each other along the direction by which they are farthest apart, each with the side that
+        is most at right angles to it; what touches is on these.
+        """
+        normal = self._normal()
+        seen = [self.define(scalar_product(normal, column)) for column in zip(*self.cosines)]
+        return self._facing(normal, algebra.ONE), self._facing(seen, algebra.NEGATIVE_ONE)
+
+    def _normal(self) -> Vector:
+        """The direction by which the boxes are farthest apart, from the first to the second."""
+        nearest = Nearest(self.define)
+        away = [negated(x) for x in self.along_a]
+        directions = [[algebra.ONE if k == i else algebra.ZERO for k in range(3)] for i in range(3)]
+        directions += [list(column) for column in zip(*self.cosines)]
+        for i in range(3):
+            k, m = (i + 1) % 3, (i + 2) % 3
+            for j in range(3):
+                n = [algebra.ZERO] * 3
+                n[k], n[m] = negated(self.cosines[m][j]), self.cosines[k][j]
+                directions.append(n)
+        best, chosen = None, None
+        for value, n in zip([*self.sides_apart, *self.edges_apart], directions, strict=True):
+            if best is None:
+                best, chosen = value, n
+                continue
+            less = self.define(difference(best, value))
+            chosen = [nearest.number(less, x, y) for x, y in zip(n, chosen, strict=True)]
+            best = self.define(nearest.larger(best, value))
+        towards = nearest.number(self.define(scalar_product(chosen, away)), algebra.NEGATIVE_ONE, algebra.ONE)
+        return [self.define(product([towards, x])) for x in chosen]
+
+    def _facing(self, normal: Vector, towards: algebra.Expr) -> list[Number]:
+        """The outward normal, in a box's own axes, of its side that is most at right angles to a direction."""
+        nearest, sizes = Nearest(self.define), [self._size(x) for x in normal]
+        second = nearest.number(difference(sizes[0], sizes[1]), algebra.ONE, algebra.ZERO)
+        largest = self.define(nearest.larger(sizes[0], sizes[1]))
+        third = nearest.number(difference(largest, sizes[2]), algebra.ONE, algebra.ZERO)
+        rest, first = difference(algebra.ONE, third), difference(algebra.ONE, second)
+        which = [product([rest, first]), product([rest, second]), third]
+        sign = nearest.number(self.define(scalar_product(which, normal)), algebra.NEGATIVE_ONE, algebra.ONE)
+        return [nearest.settle(product([towards, sign, x])) for x in which]
 
     def _between(self, i: int, j: int) -> tuple[algebra.Expr, algebra.Expr]:
         """How far the boxes are apart along the cross product of two edges, times its length, and that squared."""

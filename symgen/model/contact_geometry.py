@@ -40,6 +40,9 @@ from .unevaluated import difference, inverted, negated, product, squared, total
 
 MOST_POINTS = 64  # of one contact
 MOST_FEATURES = 160  # of a mesh that a sphere touches
+# A direction that no axis has, and two at right angles to it.
+_POLE = [algebra.Float(x) for x in (0.36, 0.48, 0.8)]
+_TANGENTS_OF_POLE = [[algebra.Float(x) for x in e] for e in ((0.8, -0.6, 0.0), (0.48, 0.64, -0.6))]
 
 
 @dataclass(frozen=True)
@@ -109,9 +112,11 @@ def _says_of_crossed(pair: ContactPair, has_edges: bool) -> str:
     if pair.other is None:
         where = f"the surface comes up between the places with which {pair.body} touches it"
         return f"{where}, its corners or ends (give the contact a 'shape' of several spheres)"
+    remedy = f"(give the contact a 'shape' of capsules along the edges of {pair.body})"
     if has_edges:
-        return f"{pair.body} and {pair.other} are deeper in each other than their corners and edges tell"
-    return f"edges of {pair.body} and {pair.other} cross, which touch with their corners only"
+        what = f"{pair.body} and {pair.other} are deeper in each other than their corners and edges tell"
+        return f"{what}, as where a step goes through: take a smaller rtol or max_step {remedy.replace('(', '(or ')}"
+    return f"edges of {pair.body} and {pair.other} cross, which touch with their corners only {remedy}"
 
 
 def _write(writer: Writer, pair: ContactPair, name: str, touch: Meeting, made: Written) -> None:
@@ -404,20 +409,21 @@ class _Geometry:
         return Meeting(difference(distance, radius), touch, self._tangents(normal))
 
     def _tangents(self, normal: Vector) -> list[Vector]:
-        """Directions at right angles to a normal that turns.
+        """Directions at right angles to a normal that turns: those of a pole, turned on the shortest way.
 
-        Duff et al., Building an orthonormal basis, revisited, J. Comput. Graph. Tech. 6 (2017): the pair jumps where
-        the normal is level, and friction that acts against the vector of both speeds does not feel it.
+        e - (e·n)(n + p)/(1 + p·n) jumps at one normal only, opposite to the pole, which no side of a level box has
+        (Frisvad, Building an orthonormal basis from a 3D unit vector without normalization, J. Graph. Tools 16, 2012).
         """
-        x, y, z = normal
         if self.planar:
+            x, y, _ = normal
             return [[y, negated(x), algebra.ZERO]]
-        up = algebra.Add(algebra.sign(z), algebra.Float(1e-300), evaluate=False)  # not zero
-        a = negated(inverted(total([up, z])))
-        b = product([x, y, a])
+        turned = inverted(self._define(total([algebra.ONE, scalar_product(_POLE, normal)])))
         return [
-            [total([algebra.ONE, product([up, squared(x), a])]), product([up, b]), negated(product([up, x]))],
-            [b, total([up, product([squared(y), a])]), negated(y)],
+            [
+                difference(e, product([turned, scalar_product(tangent, normal), total([n, p])]))
+                for e, n, p in zip(tangent, normal, _POLE, strict=True)
+            ]
+            for tangent in _TANGENTS_OF_POLE
         ]
 
 

@@ -2,9 +2,11 @@
 
 Boxes that touch face each other along the normal by which they are farthest apart (`boxes.py`), each with the side
 that is most at right angles to it. Where the outlines of these two sides cross, an edge of one rests on an edge of the
-other. Each of the four edges of the first side crosses the other outline twice at most, on the way in and on the way
-out: eight gaps. Of each, which edge it meets is found as numbers, and the distance of the two edges, along their cross
-product, is written out for that pair alone. So nothing that was compared is differentiated.
+other: each of four edges may cross each of four, which makes sixteen gaps. A gap is that of the same two edges while
+the sides change that face each other, as where a plank tips over an edge by more than 45 degrees: the twelve edges of a
+box are taken three by three, no two of which belong to one side, so that each side has one edge of each three. Which
+one that is is found as numbers, and the distance of two edges, along their cross product, is written out for that pair
+alone. So nothing that was compared is differentiated.
 
 Beyond the end of an edge a gap grows as sqrt(r² + x²) - r, with a small r, and so from zero: what slides over the end
 of an edge, at no height, does not hit anything there.
@@ -17,9 +19,9 @@ from dataclasses import dataclass
 
 from . import algebra
 from .boxes import Boxes, Meeting
-from .elements import Vector
+from .elements import Vector, cross, scalar_product
 from .ready_made import HALF
-from .segments import SIDES, Nearest, Number
+from .segments import SIDES_OF_SKEW_EDGES, Nearest, Number
 from .surfaces import moved
 from .unevaluated import difference, inverted, negated, product, squared, total
 
@@ -30,24 +32,18 @@ _STEEP = algebra.Float(
 
 
 @dataclass(frozen=True)
-class _Side:
-    """A box as its facing side sees it: which of its axes are along the side (two), and which is its normal (last).
+class _Edge:
+    """An edge of the side that faces the other box: its direction and its middle, from that of the first box."""
 
-    `order` are rows of numbers that choose the axes, `sign` says to which end of the last one the side is.
-    """
-
-    order: list[list[Number]]
-    sign: Number
-    halves: list[algebra.Expr]
-
-    @property
-    def height(self) -> algebra.Expr:
-        """Of the side along the last axis."""
-        return product([self.sign, self.halves[2]])
+    along: Vector
+    middle: Vector
+    half: algebra.Expr
 
 
 class CrossingEdges:
     """The places where edges of two boxes in space cross.
+
+    Vectors are in the axes of the first box.
 
     Parameters
     ----------
@@ -60,188 +56,98 @@ class CrossingEdges:
         self.boxes, self.define = boxes, boxes.define
         self.nearest = Nearest(self.define)
         self.least = self.define(product([share, boxes.least]))
-        normal = self._normal()
-        self.a = self._side(normal, boxes.a.halves, algebra.ONE)
-        seen = [self.define(_dot(normal, column)) for column in zip(*boxes.cosines)]
-        self.b = self._side(seen, boxes.b.halves, algebra.NEGATIVE_ONE)
-        rows = [self._ordered(self.a, column) for column in zip(*boxes.cosines)]
-        # cosines[x][y] of the axis x of the first with the axis y of the second, in the order of the sides
-        self.cosines = [self._ordered(self.b, [row[x] for row in rows]) for x in range(3)]
-        from_a = [negated(x) for x in self._ordered(self.a, boxes.along_a)]
-        self.from_b = [negated(x) for x in self._ordered(self.b, boxes.along_b)]
-        self.facing = [
-            self.define(total([d, product([self.b.height, row[2]])]))
-            for d, row in zip(from_a, self.cosines, strict=True)
+        self.facing, of_other = boxes.facing
+        self.own = [_Edge(*edge) for edge in self._edges(self.facing, boxes.a.halves)]
+        self.others = [
+            _Edge(self._turned(along), self._turned(middle, boxes.along_a), half)
+            for along, middle, half in self._edges(of_other, boxes.b.halves)
         ]
-        self.axes = [
-            self._ordered(self.a, [axis[k] for axis in boxes.a.axes]) for k in range(3)
-        ]  # component, axis
 
     def meetings(self) -> Iterator[Meeting]:
-        """The eight of them."""
-        for i in range(2):
-            for side in SIDES:
-                for turn in SIDES:
-                    yield self._meeting(i, side, turn)
+        """The sixteen of them."""
+        for own in self.own:
+            for other in self.others:
+                yield self._meeting(own, other)
 
-    def _normal(self) -> Vector:
-        """The direction by which the boxes are farthest apart, from the first to the second in the first one's axes."""
-        nearest, boxes = self.nearest, self.boxes
-        away = [negated(x) for x in boxes.along_a]
-        directions = [[algebra.ONE if k == i else algebra.ZERO for k in range(3)] for i in range(3)]
-        directions += [list(column) for column in zip(*boxes.cosines)]
-        for i in range(3):
-            k, m = (i + 1) % 3, (i + 2) % 3
-            for j in range(3):
-                n = [algebra.ZERO] * 3
-                n[k], n[m] = negated(boxes.cosines[m][j]), boxes.cosines[k][j]
-                directions.append(n)
-        best, chosen = None, None
-        for value, n in zip([*boxes.sides_apart, *boxes.edges_apart], directions, strict=True):
-            if best is None:
-                best, chosen = value, n
-                continue
-            less = self.define(difference(best, value))
-            chosen = [nearest.number(less, x, y) for x, y in zip(n, chosen, strict=True)]
-            best = self.define(nearest.larger(best, value))
-        towards = nearest.number(self.define(_dot(chosen, away)), algebra.NEGATIVE_ONE, algebra.ONE)
-        return [self.define(product([towards, x])) for x in chosen]
+    def _edges(
+        self, facing: Sequence[Number], halves: Sequence[algebra.Expr]
+    ) -> Iterator[tuple[Vector, Vector, algebra.Expr]]:
+        """Direction, middle and half length of the four edges of a side, in the box's own axes."""
+        for three in SIDES_OF_SKEW_EDGES:
+            # Of the two sides of an edge only one can be the facing one, and of the three edges one has it.
+            along = [
+                self.nearest.settle(
+                    total(
+                        product([HALF, x, total([x, side])])
+                        for x, side in zip(facing, sides, strict=True)
+                        if side != algebra.ZERO
+                    )
+                )
+                for sides in three
+            ]
+            middle = [
+                self.define(product([half, scalar_product(along, column)]))
+                for half, column in zip(halves, zip(*three), strict=True)
+            ]
+            yield along, middle, self.define(scalar_product(along, halves))
 
-    def _side(self, normal: Vector, halves: Sequence[algebra.Expr], towards: algebra.Expr) -> _Side:
-        nearest, sizes = self.nearest, [self._size(x) for x in normal]
-        second = nearest.number(difference(sizes[0], sizes[1]), algebra.ONE, algebra.ZERO)
-        largest = self.define(nearest.larger(sizes[0], sizes[1]))
-        third = nearest.number(difference(largest, sizes[2]), algebra.ONE, algebra.ZERO)
-        rest = difference(algebra.ONE, third)
-        first = difference(algebra.ONE, second)
-        which = [
-            nearest.settle(product([rest, first])),
-            nearest.settle(product([rest, second])),
-            nearest.settle(third),
-        ]
-        order = [which[-1:] + which[:-1], which[-2:] + which[:-2], which]
-        along = self.define(_dot(which, normal))
-        sign = nearest.settle(product([towards, nearest.number(along, algebra.NEGATIVE_ONE, algebra.ONE)]))
-        made = _Side(order, sign, [])
-        return _Side(order, sign, self._ordered(made, halves))
+    def _turned(self, vector: Vector, off: Vector | None = None) -> Vector:
+        """A vector in the axes of the second box, seen in those of the first, less another there."""
+        found = [scalar_product(row, vector) for row in self.boxes.cosines]
+        found = found if off is None else [difference(x, y) for x, y in zip(found, off, strict=True)]
+        return [self.define(x) for x in found]
 
-    def _ordered(self, side: _Side, vector: Sequence[algebra.Expr]) -> Vector:
-        return [self.define(_dot(row, vector)) for row in side.order]
+    def _meeting(self, own: _Edge, other: _Edge) -> Meeting:
+        """Where an edge of the first crosses one of the second.
 
-    def _meeting(self, i: int, side: algebra.Expr, turn: algebra.Expr) -> Meeting:
-        """Where an edge of the first goes in (`turn` -1) or out: along its axis `i`, on one of two sides."""
-        a, b, c, nearest = self.a, self.b, self.cosines, self.nearest
-        k = 1 - i
-        place = (
-            [algebra.ZERO, product([side, a.halves[1]])]
-            if i == 0
-            else [product([side, a.halves[0]]), algebra.ZERO]
+        Whether they are a pair, to which side the second is, and which ends the place is beyond are numbers.
+        """
+        define, nearest, boxes = self.define, self.nearest, self.boxes
+        apart = [define(difference(x, y)) for x, y in zip(other.middle, own.middle, strict=True)]
+        normal = [define(x) for x in cross(own.along, other.along)]
+        cosine, ahead, behind = (
+            define(scalar_product(*pair))
+            for pair in ((own.along, other.along), (own.along, apart), (other.along, apart))
         )
-        start = [self.define(difference(d, p)) for d, p in zip(self.facing, [*place, a.height], strict=True)]
-        found = []
-        for j in range(2):
-            # Which of two edges goes in: the outward direction of the outline there is against that of the edge.
-            beta = product([turn, nearest.number(c[i][1 - j], algebra.NEGATIVE_ONE, algebra.ONE)])
-            along, other = ([row[x] for row in c] for x in (j, 1 - j))
-            reach = product([beta, b.halves[1 - j]])
-            apart = [self.define(total([d, product([reach, x])])) for d, x in zip(start, other, strict=True)]
-            found.append((*self._looked_at(i, j, along, apart), beta))
-        chosen = self._chosen(found)
-        return self._of_pair(i, k, start, place, *chosen)
-
-    def _looked_at(
-        self, i: int, j: int, along: Vector, apart: Vector
-    ) -> tuple[algebra.Expr, Number, Number, Number, Number]:
-        """Of a pair of edges as numbers: the gap, whether they are a pair, its sense, and which ends it is beyond."""
-        nearest, define, boxes = self.nearest, self.define, self.boxes
-        k, up = 1 - i, along[1 - i]
-        cosine = along[i]
         square = define(difference(algebra.ONE, squared(cosine)))
-        safe = define(inverted(nearest.larger(square, _PARALLEL)))
-        lean = product([apart[k], along[2]])
-        sense = nearest.number(product([self.a.sign, up]), algebra.NEGATIVE_ONE, algebra.ONE)
-        away = define(
-            product(
-                [sense, difference(product([apart[2], up]), lean), algebra.Pow(safe, HALF, evaluate=False)]
-            )
+        up, height = define(scalar_product(self.facing, normal)), define(scalar_product(normal, apart))
+        sense = nearest.number(up, algebra.NEGATIVE_ONE, algebra.ONE)
+        first, second = (
+            difference(ahead, product([cosine, behind])),
+            difference(product([cosine, ahead]), behind),
         )
-        behind = define(_dot(along, apart))
-        s = define(product([safe, difference(apart[i], product([cosine, behind]))]))
-        t = define(product([safe, difference(product([cosine, apart[i]]), behind)]))
-        ends, near = [], algebra.ONE
-        gap = away
-        for x, half in ((s, self.a.halves[i]), (t, self.b.halves[j])):
-            beyond = define(difference(self._size(x), half))
-            past = nearest.number(beyond, algebra.ZERO, algebra.ONE)
-            ends.append(product([past, nearest.number(x, algebra.NEGATIVE_ONE, algebra.ONE)]))
-            gap = total([gap, product([past, beyond])])
-            near = product([near, nearest.number(difference(beyond, boxes.least), algebra.ONE, algebra.ZERO)])
-        is_pair = nearest.number(total([away, self.least, self.least]), algebra.ZERO, algebra.ONE)
-        steep = difference(squared(up), product([_STEEP, square]))
-        for bound in (difference(square, _PARALLEL), steep):
-            is_pair = product([is_pair, nearest.number(bound, algebra.ZERO, algebra.ONE)])
-        return define(gap), define(product([is_pair, near])), sense, *ends
-
-    def _chosen(self, found: Sequence[tuple]) -> list[Number]:
-        """Which of two pairs of edges is nearer: 0 or 1, and what is known of it."""
-        (gap, pair, *one), (other_gap, other_pair, *two) = found
-        nearest = self.nearest
-        far = self._far()
-        values = [
-            self.define(total([product([is_pair, x]), product([difference(algebra.ONE, is_pair), far])]))
-            for is_pair, x in ((pair, gap), (other_pair, other_gap))
+        lengths = own.half, other.half
+        by = define(inverted(nearest.larger(square, _PARALLEL)))
+        deep = product([sense, height, algebra.Pow(by, HALF, evaluate=False)])
+        bounds = [
+            negated(total([deep, self.least, self.least])),
+            difference(_PARALLEL, square),
+            difference(product([_STEEP, square]), squared(up)),
         ]
-        return nearest.least(values, [[algebra.ZERO, pair, *one], [algebra.ONE, other_pair, *two]])
-
-    def _of_pair(
-        self,
-        i: int,
-        k: int,
-        start: Vector,
-        place: Vector,
-        which: Number,
-        is_pair: Number,
-        sense: Number,
-        end: Number,
-        other_end: Number,
-        beta: Number,
-    ) -> Meeting:
-        """The gap of one pair of edges, in closed form."""
-        define, b = self.define, self.b
-        rest = difference(algebra.ONE, which)
-
-        def mixed(x: algebra.Expr, y: algebra.Expr) -> algebra.Expr:
-            return define(total([product([rest, x]), product([which, y])]))
-
-        along = [mixed(row[0], row[1]) for row in self.cosines]
-        across = [mixed(row[1], row[0]) for row in self.cosines]
-        half, reach = (
-            mixed(b.halves[0], b.halves[1]),
-            define(product([beta, mixed(b.halves[1], b.halves[0])])),
-        )
-        apart = [define(total([d, product([reach, x])])) for d, x in zip(start, across, strict=True)]
-        cosine, up = along[i], along[k]
+        ends, between = [], []
+        for x, half in zip((first, second), lengths, strict=True):
+            x = define(product([by, x]))
+            past = nearest.number(difference(self._size(x), half), algebra.ZERO, algebra.ONE)
+            ends.append(nearest.settle(product([past, nearest.number(x, algebra.NEGATIVE_ONE, algebra.ONE)])))
+            between.append(difference(algebra.ONE, past))
+        # Past an end a line that is lower than the other says nothing.
+        counts = nearest.settle(nearest.number(deep, product(between), algebra.ONE))
+        is_pair = define(product([nearest.number(x, algebra.ONE, algebra.ZERO) for x in bounds]))
+        is_pair = nearest.settle(is_pair)
         none = difference(algebra.ONE, is_pair)
-        # Edges that are no pair may be parallel; what is made of them counts for nothing.
-        by = define(inverted(total([algebra.ONE, negated(squared(cosine)), none])))
+        by = define(inverted(total([square, none])))
         root = define(algebra.Pow(by, HALF, evaluate=False))
-        sine = define(inverted(root))
-        away = product([sense, root, difference(product([apart[2], up]), product([apart[k], along[2]]))])
-        behind = define(_dot(along, apart))
-        s = define(product([by, difference(apart[i], product([cosine, behind]))]))
-        t = define(product([by, difference(product([cosine, apart[i]]), behind)]))
-        beyond = [
-            self._rounded(product([sine, difference(product([e, x]), product([squared(e), h]))]))
-            for e, x, h in ((end, s, self.a.halves[i]), (other_end, t, half))
-        ]
-        gap = total([product([is_pair, total([away, *beyond])]), product([none, self._far()])])
-        at = [*place, self.a.height]
-        at[i] = s
-        there = self.boxes.a.place
-        for x in range(3):
-            there = moved(there, [row[x] for row in self.axes], at[x])
-        side = [product([root, x]) for x in (up, along[2])]
-        tangents = [[row[i] for row in self.axes], [_dot(side, (row[k], row[2])) for row in self.axes]]
+        s, t = (define(product([by, x])) for x in (first, second))
+        gap = product([counts, sense, root, height])
+        for x, end, half in zip((s, t), ends, lengths, strict=True):
+            beyond = difference(product([end, x]), product([squared(end), half]))
+            gap = total([gap, self._rounded(define(product([inverted(root), beyond])))])
+        gap = total([product([is_pair, gap]), product([none, self._far()])])
+        along, across = own.along, cross(own.along, [product([root, x]) for x in normal])
+        there, tangents = boxes.a.place, [[algebra.ZERO] * 3, [algebra.ZERO] * 3]
+        for axis, m, e, f in zip(boxes.a.axes, own.middle, along, across, strict=True):
+            there = moved(there, axis, total([m, product([s, e])]))
+            tangents = [moved(tangent, axis, x) for tangent, x in zip(tangents, (e, f), strict=True)]
         return Meeting(define(gap), there, tangents)
 
     def _rounded(self, x: algebra.Expr) -> algebra.Expr:
@@ -254,7 +160,3 @@ class CrossingEdges:
 
     def _size(self, x: algebra.Expr) -> algebra.Expr:
         return self.define(self.nearest.larger(x, negated(x)))
-
-
-def _dot(u: Sequence[algebra.Expr], v: Sequence[algebra.Expr]) -> algebra.Expr:
-    return total([product([x, y]) for x, y in zip(u, v, strict=True)])

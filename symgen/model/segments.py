@@ -8,6 +8,7 @@ was compared is differentiated. The distance itself goes over from one pair to a
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import reduce
@@ -210,22 +211,25 @@ def _held(segment: Segment, features: Features) -> Vector:
     return moved(segment.middle, segment.along, product([features.end, segment.half]))
 
 
-def skew_edges(halves: Sequence[algebra.Expr]) -> Iterator[list[Segment]]:
-    """The twelve edges of a box as four times three, of which no two are in one side.
+def _sides_of_skew_edges() -> Iterator[tuple[Vector, Vector, Vector]]:
+    for a, b in itertools.product(SIDES, repeat=2):
+        c, none = product([a, b]), algebra.ZERO
+        yield (none, a, b), (c, none, negated(b)), (negated(c), negated(a), none)
 
-    What is flat touches edges of one side, and so each of the four at one place at most.
-    """
-    x, y, z = halves
+
+# The twelve edges of a box as four times three, one along each axis, of which no two are in one side: the middle of
+# each in half edges. What is flat touches edges of one side, and so each of the four at one place at most.
+SIDES_OF_SKEW_EDGES = tuple(_sides_of_skew_edges())
+
+
+def skew_edges(halves: Sequence[algebra.Expr]) -> Iterator[list[Segment]]:
+    """The twelve edges of a box as four times three."""
     axes = [[algebra.ONE if i == k else algebra.ZERO for i in range(3)] for k in range(3)]
-    for a in SIDES:
-        for b in SIDES:
-            c = product([a, b])
-            middles = (
-                [algebra.ZERO, product([a, y]), product([b, z])],
-                [product([c, x]), algebra.ZERO, negated(product([b, z]))],
-                [negated(product([c, x])), negated(product([a, y])), algebra.ZERO],
-            )
-            yield [Segment(*edge) for edge in zip(middles, axes, halves, strict=True)]
+    for three in SIDES_OF_SKEW_EDGES:
+        middles = (
+            [product([side, half]) for side, half in zip(sides, halves, strict=True)] for sides in three
+        )
+        yield [Segment(*edge) for edge in zip(middles, axes, halves, strict=True)]
 
 
 def skew_edges_of_hull(hull: Hull) -> list[list[Segment]]:
