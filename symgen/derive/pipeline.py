@@ -185,7 +185,7 @@ def _functions(d: Derivation, late: Collection[str]) -> Iterator[Function]:
         yield _projection(d)
     if x.quaternions:
         yield _kinematics(d)
-    if d.factors.n_nodes and not d.corner:
+    if (d.factors.n_nodes or d.factors.is_rearranged) and not d.corner:
         yield solution(d)
     yield from _observers(d)
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 
 from ..graph.graph import Graph
 from ..graph.nodes import SparseRows
+from .definite import singular_coordinates
 from .factorise import factorise, pairs
 from .lifted import factorise_lifted, order_of, tallied
 from .lifting import Lifted
@@ -43,7 +44,7 @@ def best_factors(
         As for `factorise`.
     """
     if len(mass) >= FEWEST_RATES and sum(map(len, mass)) >= FEWEST_COUPLED * len(mass):
-        form = lifted()
+        form = None if jacobian and singular_coordinates(g, mass) else lifted()
         if form is not None:
             known = Tally()
             first, bare = pairs(known, known.rows(g, mass), known.rows(g, jacobian), _known(known, g, corner))

@@ -13,6 +13,7 @@ from ...errors import ModelError
 from ..graph.graph import Graph
 from ..graph.nodes import MOTION, SparseRows
 from . import dense_solve, fronts
+from .definite import singular_coordinates
 from .rows import Factors, Rows, pivot_ratio, solve
 
 __all__ = ["Factors", "factorise", "pivot_ratio", "solve"]
@@ -37,6 +38,9 @@ def factorise(
     of the elimination of -G_CE M_EE⁻¹ G_CEᵀ, a definite matrix, as if nothing but E moved; and what M has become on
     the other coordinates is its Schur complement for E with constraints C, no smaller than without them, so positive
     definite. Fill does not matter: a constraint need not wait for what M alone couples to its coordinates.
+    Where M is singular by its structure, since more coordinates move a mass than it has ways to go, constraints g of
+    these are weighted, M + w gᵀg: that is definite wherever the whole matrix is regular, and changes nothing of the
+    solution (augmented Lagrangians; Golub and Greif, SIAM J. Sci. Comput. 24 (2003) 2076).
     Coordinates that a constraint determines without regard to inertia come first, as pairs with that constraint (see
     `_Elimination._next_pair`). Constraints of others without inertia are combined until one has them alone, by turns
     as in a QR factorisation of their columns: regular wherever the whole matrix is.
@@ -114,6 +118,7 @@ class _Elimination(Rows):
 
     def run(self, by_loops: bool) -> Factors:
         self._eliminate_pairs()
+        self._weight_constraints()
         self._note_own_coordinates()
         self.touched = sorted(self.left)
         if by_loops and self._is_large():
@@ -149,6 +154,30 @@ class _Elimination(Rows):
             return None
         *_, z, free = min(shared)
         return free[0][1], free[1][1], z
+
+    def _weight_constraints(self) -> None:
+        """Give motions without inertia some from the constraints that hold them, where M is singular.
+
+        A weight is about the mass that a constraint moves: neither M nor what is added is lost beside the other.
+        """
+        g = self.g
+        constraints = [c for c in sorted(self.left) if c >= self.n and c not in self.switched]
+        if not constraints or not isinstance(g, Graph):  # costs are estimated without that
+            return
+        mass = [{j: node for j, node in self.entries.get(i, {}).items() if j < self.n} for i in range(self.n)]
+        singular = singular_coordinates(g, mass)
+        weights = {}
+        for c in constraints:
+            row = self.entries[c]
+            if singular & row.keys():
+                terms = (
+                    g.div(g.mul(value, value), self.entries[j][j])
+                    for j, value in sorted(row.items())
+                    if self._massive(j)
+                )
+                weights[c] = g.div(g.one, g.sum(terms))
+        for c, weight in weights.items():
+            self.add_weighted(c, weight)
 
     def _is_large(self) -> bool:
         """Whether there are so many constraints that they are left to loops, once all coordinates are eliminated.

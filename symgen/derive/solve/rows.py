@@ -40,6 +40,14 @@ class Combination:
 
 
 @dataclass(frozen=True)
+class Weighting:
+    """The equation of a constraint added to those of its coordinates, times `factors`: M + w gᵀg in the place of M."""
+
+    constraint: int
+    factors: dict[int, int]
+
+
+@dataclass(frozen=True)
 class Factors:
     """Block LDLᵀ in elimination order; rows below nv are coordinates, the next ones constraints.
 
@@ -47,13 +55,18 @@ class Factors:
     1 for constraints that do not influence each other, 0 for dependent ones.
     """
 
-    pivots: list[Pivot | Substitution | Combination]
+    pivots: list[Pivot | Substitution | Combination | Weighting]
     conditions: list[int]
     rest: tuple[int, ...] = ()  # rows that are left to a dense factorisation by loops
     dense: int = -1  # and its node
     by_fronts: bool = False  # whether that factorisation is sparse
     n_nodes: int = 0  # velocities behind the rows, see `lifting.py`
     velocities: dict[int, int] = field(default_factory=dict)  # rows of what stands for them on the graph
+
+    @property
+    def is_rearranged(self) -> bool:
+        """Whether rows were combined or weighted, so that no order of pivots alone gives these factors."""
+        return any(isinstance(step, Combination | Weighting) for step in self.pivots)
 
 
 class Rows:
@@ -107,6 +120,18 @@ class Rows:
         couplings = {i: [rows[i].get(z, g.zero), rows[i].get(c, g.zero)] for i in others}
         lower = {i: [g.dot(pair, column) for column in block] for i, pair in couplings.items()}
         self._apply(Pivot((z, c), block, lower))
+
+    def add_weighted(self, c: int, weight: int) -> None:
+        """Add w gᵀg of the row g of a constraint that has nothing in its diagonal: the solution stays what it is."""
+        g, row = self.g, dict(self.entries[c])
+        factors = {j: g.mul(weight, value) for j, value in row.items()}
+        order = sorted(row)
+        for position, i in enumerate(order):
+            for j in order[position:]:
+                total = g.add(self.entries[i].get(j, g.zero), g.mul(factors[i], row[j]))
+                self.n_entries += (2 if i != j else 1) * (j not in self.entries[i])
+                self.entries[i][j] = self.entries[j][i] = total
+        self.result.pivots.append(Weighting(c, factors))
 
     def combine(self, c: int, d: int, z: int) -> None:
         """Take a coordinate out of constraint d by constraint c: a turn and a stretch, which loses no digits.
@@ -179,6 +204,10 @@ def solve(g: Graph, factors: Factors, right: list[int], along: Mapping[int, int]
             for i, factor in step.inputs.items():
                 x[i] = g.add(x[i], g.mul(factor, x[step.node]))
             continue
+        if isinstance(step, Weighting):
+            for i, factor in step.factors.items():
+                x[i] = g.add(x[i], g.mul(factor, x[step.constraint]))
+            continue
         if isinstance(step, Combination):
             c, d = step.rows
             x[c], x[d] = (
@@ -197,6 +226,8 @@ def solve(g: Graph, factors: Factors, right: list[int], along: Mapping[int, int]
     for step in reversed(factors.pivots):
         if isinstance(step, Substitution):
             x[step.node] = g.sum(g.mul(factor, x[i]) for i, factor in step.inputs.items())
+            continue
+        if isinstance(step, Weighting):
             continue
         if isinstance(step, Combination):
             c, d = step.rows
