@@ -1,4 +1,4 @@
-"""The bundled models' modules in generated/ are what the generator writes today, byte for byte; of larger ones a digest."""
+"""Bundled models' modules in generated/ are what the generator writes today, to the byte; of larger ones a digest."""
 
 from __future__ import annotations
 
