@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symgen import Model
+from symgen import Model, dot, sign
 from symgen.runtime import load, solve
 from symgen.runtime.checks.missed_events import _crossings
 from symgen.runtime.inputs import Table
@@ -344,3 +344,20 @@ def test_a_well_beside_other_events_and_jumps_is_said():
         assert said.check == "missed events" and "'inside' was passed by" in said.says
     far = model.replace("WHERE", "inside").replace("PLACE", "0.05")
     assert not Model.from_toml(far).derive().run(t_end=3.0, method="dop853", max_step=0.2).objections
+
+
+@pytest.mark.parametrize("method", ["dop853", "taylor"])
+def test_a_sign_that_is_zero_where_it_crosses_is_seen_again(method):
+    """Of 25 places some are hit to the last bit; there, the function is neither below zero nor above."""
+    m = Model("signs")
+    x = m.coordinate("x", start=1.192)
+    m.kinetic(dot(x) ** 2 / 2)
+    m.potential(3.976**2 * x**2 / 2)
+    places = [round(-1.1 + 0.09 * k, 3) for k in range(25)]
+    for k, place in enumerate(places):
+        m.event(f"sign{k}", sign(x - place))
+        m.event(f"plain{k}", x - place)
+    run = m.derive().run(t_end=6.0, method=method)
+    assert run.ok
+    for k in range(len(places)):
+        assert times(run, f"sign{k}") == pytest.approx(times(run, f"plain{k}"), abs=1e-9)
