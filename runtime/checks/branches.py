@@ -29,6 +29,7 @@ _MOST_PLACES = 5
 _HALVINGS, _GAUSS_STEPS = 40, 12
 _CLOSED = 1e-5  # of the coordinates' ranges: nearer than this, branches meet
 _ON_CONSTRAINTS = 1e-11  # of what the largest range of a coordinate may change
+_ROUND_OFF = 1e-12  # of the largest column
 _TINY = 1e-300
 
 
@@ -42,7 +43,9 @@ def branches(solution: Solution) -> Iterator[HealthCheck]:
     rows = rows.reshape(len(rows), system.m, system.nv)[:, :nh]
     by_entry = np.ascontiguousarray(rows.transpose(1, 2, 0))  # NumPy is fast along the frames
     with np.errstate(over="ignore", invalid="ignore"):  # what grows beyond all numbers turns no more
-        weights = 1.0 / np.maximum((by_entry**2).sum(axis=0).max(axis=1), _TINY)
+        sizes = (by_entry**2).sum(axis=0).max(axis=1)
+        # A coordinate that moves the whole loop along has columns of round-off: these are no directions.
+        weights = 1.0 / np.maximum(sizes, max(_ROUND_OFF**2 * sizes.max(), _TINY))
         has_turned = _turned(rows[:-1], rows[1:], weights) if nh > 2 else _turns(by_entry, weights)
     turned = np.flatnonzero(has_turned)
     places = [k for k in turned if _is_straight(solution, k)][:_MOST_PLACES]
