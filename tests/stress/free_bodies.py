@@ -500,6 +500,30 @@ class Case:
             g["constant"] = self.constant
         m = Model("free_bodies")
         m.gravity(*map(float, self.gravity), **g)
+        seen = self.describe(m)
+        if self.attractor is not None:
+            at, mu, gradient = self.attractor
+            m.attractor("sun", at=list(map(float, at)), mu=mu, gradient=gradient)
+        return m, seen
+
+    def placed(self, places: list[tuple[np.ndarray, np.ndarray]]) -> tuple[Model, list[list[str]]]:
+        """Return it as an assembly within others, each placed and turned; without fields.
+
+        Sensors along world axes have their values in the assembly's own world.
+        """
+        m, turn, parts = Model("placed"), np.eye(3), []
+        for _, rpy in places:
+            parts.append((parts[-1] if parts else m).assembly(f"part{len(parts)}"))
+            turn = turn @ of_rpy(rpy)
+        seen = self.describe(parts[-1])
+        for k in reversed(range(len(parts))):
+            xyz, rpy = (list(map(float, numbers)) for numbers in places[k])
+            (parts[k - 1] if k else m).use("u", f"part{k}", xyz=xyz, rpy=rpy)
+        m.gravity(*map(float, turn @ self.gravity))
+        return m, [["u." * len(parts) + name for name in group] for group in seen]
+
+    def describe(self, m: Model) -> list[list[str]]:
+        """Say all but what gravity does; return names of the outputs."""
         names = [link.name for link in self.links]
         named = lambda k: names[k] if k >= 0 else "world"  # noqa: E731
         for link in self.links:
@@ -528,9 +552,6 @@ class Case:
             m.joint(
                 f"joint{k}", type=link.kind, child=link.name, parent=named(link.parent), origin=origin, **told
             )
-        if self.attractor is not None:
-            at, mu, gradient = self.attractor
-            m.attractor("sun", at=list(map(float, at)), mu=mu, gradient=gradient)
         for i, load in enumerate(self.loads):
             told = {} if load.frame < 0 else {"frame": named(load.frame)}
             if load.reaction is not None:
@@ -550,7 +571,7 @@ class Case:
             )  # fmt: skip
         if self.closure is not None:
             self._close(m, named)
-        return m, self._tell(m)
+        return self._tell(m)
 
     def _close(self, m: Model, named: Any) -> None:
         told = self.closure
@@ -750,10 +771,21 @@ def bodies(kind: str, number: int, method: str) -> Outcome:
     r = np.random.default_rng([number, *kind.encode()])
     case, t_end = draw(r, kind == "closed"), float(r.uniform(0.3, 1.5))
     given = {"rtol": float(r.choice(_RTOLS))} if find_method(method).adaptive else {}
-    return judged(case, t_end, method, given)
+    return judged(case, case.model, t_end, method, given)
 
 
-def judged(case: Case, t_end: float, method: str, given: dict[str, Any]) -> Outcome:
+def placed(number: int, method: str) -> Outcome:
+    """Run bodies that are an assembly within none to two others."""
+    r = np.random.default_rng([number, *b"placed"])
+    case, t_end = draw(r, bool(r.random() < 0.4)), float(r.uniform(0.3, 1.0))
+    case.potential = case.attractor = None
+    case.constant = 0.0
+    given = {"rtol": float(r.choice(_RTOLS))} if find_method(method).adaptive else {}
+    places = [(_vector(r, 2.0), np.round(r.uniform(-1.4, 1.4, 3), 3)) for _ in range(int(r.integers(1, 4)))]
+    return judged(case, lambda: case.placed(places), t_end, method, given)
+
+
+def judged(case: Case, model: Any, t_end: float, method: str, given: dict[str, Any]) -> Outcome:
     """Run a case by a method, and hold its end against the reference."""
     if not case.solvable():
         return Outcome(RIGHT, "the loop is at a place where its rows depend on each other")
@@ -769,8 +801,8 @@ def judged(case: Case, t_end: float, method: str, given: dict[str, Any]) -> Outc
     lost = np.abs(case.sensors(t_end, again.y[:, -1]) - seen[-1]).max(axis=1) / ranges
     if lost.max() > _LOST:
         return Outcome(RIGHT, "the reference is lost")
-    model, names = case.model()
-    run = attempt(made(model), t_end, method=method, **given)
+    description, names = model()
+    run = attempt(made(description), t_end, method=method, **given)
     if isinstance(run, Outcome):
         return run
     off, where = 0.0, ""
@@ -786,11 +818,16 @@ def judged(case: Case, t_end: float, method: str, given: dict[str, Any]) -> Outc
 
 
 def scenarios() -> Iterator[Scenario]:
-    """Yield cases of trees and of loops with each method."""
-    for kind in ("tree", "closed"):
+    """Yield cases of trees, of loops, and of assemblies with each method."""
+    kinds = {
+        "tree": functools.partial(bodies, "tree"),
+        "closed": functools.partial(bodies, "closed"),
+        "placed": placed,
+    }
+    for kind, one in kinds.items():
         for k, method in enumerate(METHODS):
             for number in range(_CASES):
-                run = functools.partial(bodies, kind, number * len(METHODS) + k, method)
+                run = functools.partial(one, number * len(METHODS) + k, method)
                 short = number == 0 and method in ("dop853", "radau5")
                 yield Scenario(
                     f"free bodies: {kind}", f"free bodies: {kind} {number}: {method}", run, method, short
