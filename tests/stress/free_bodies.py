@@ -211,6 +211,22 @@ class Spring:
     preload: float
 
 
+@dataclass(eq=False)
+class Rotor:
+    """It spins in a body under a torque that goes as cos(speed t): its momentum about the axis is known."""
+
+    body: int
+    axis: np.ndarray
+    inertia: float
+    rate: float
+    torque: float
+    speed: float
+
+    def momentum(self, t: float, turning: float) -> float:
+        """Return it, where the body turned about the axis so fast at the start."""
+        return self.inertia * (self.rate + turning) + self.torque * float(np.sin(self.speed * t)) / self.speed
+
+
 @dataclass
 class Case:
     """Bodies, and all that acts on them."""
@@ -223,6 +239,7 @@ class Case:
     loads: list[Load] = field(default_factory=list)
     springs: list[Spring] = field(default_factory=list)
     closure: dict[str, Any] | None = None
+    rotors: list[Rotor] = field(default_factory=list)
 
     def __post_init__(self):
         self.joints = []
@@ -239,7 +256,7 @@ class Case:
                 for k, (at, rpy) in zip((A, B), told["frames"], strict=True)
             )
             self.rows += rows(told["kind"], A, B, frames, told["axis"], told["axis2"], told["pitch"])
-        self.seen_from = len(self.links) - 2
+        self.seen_from, self._turned = len(self.links) - 2, None
         self.turning = [k for k, link in enumerate(self.links) if link.kind in ("revolute", "screw")]
 
     # ---- the start
@@ -318,6 +335,10 @@ class Case:
             pull, arms, _ = self._spring(spring, c, R, v, w)
             push(f, spring.A, pull, arms[0])
             push(f, spring.B, -pull, arms[1])
+        for rotor in self.rotors:
+            k, axis = rotor.body, R[rotor.body] @ rotor.axis
+            torque = rotor.torque * np.cos(rotor.speed * t)
+            f[6 * k + 3 : 6 * k + 6] -= torque * axis + self._momentum(rotor, t) * np.cross(w[k], axis)
         own = np.zeros((n, 6))
         for k, link in enumerate(self.links):
             self._in_joint(k, link, c, R, v, w, angles, f, own)
@@ -350,6 +371,12 @@ class Case:
         e = d / length
         size = spring.stiffness * (length - spring.length) + spring.preload + spring.damping * (e @ rate)
         return size * e, arms, -size * float(e @ rate)
+
+    def _momentum(self, rotor: Rotor, t: float) -> float:
+        if self._turned is None:
+            _, q, _, w, _ = self.split(self.start())
+            self._turned = [of_quaternion(q[r.body]) @ r.axis @ w[r.body] for r in self.rotors]
+        return rotor.momentum(t, self._turned[self.rotors.index(rotor)])
 
     def _fields(self, k: int, link: Link, c: np.ndarray, tensor: np.ndarray, f: np.ndarray) -> None:
         force, torque = np.zeros(3), np.zeros(3)
@@ -485,6 +512,9 @@ class Case:
         seen.append(np.array([np.linalg.norm(c[last] + tip - ca + Ra @ com), 0.0, 0.0]))
         seen.append(np.cos(angles_of(Ra.T @ R[last])))
         seen += [np.array([self._spring(s, c, R, v, w)[2], 0.0, 0.0]) for s in self.springs]
+        for rotor in self.rotors:
+            turns = self._momentum(rotor, t) / rotor.inertia - R[rotor.body] @ rotor.axis @ w[rotor.body]
+            seen.append(np.array([turns, 0.0, 0.0]))
         if self.closure is not None:
             kind = self.closure["kind"]
             n_force = {"prismatic": 2, "screw": 2, "cylindrical": 2, "planar": 1}.get(kind, 3)
@@ -520,7 +550,12 @@ class Case:
             xyz, rpy = (list(map(float, numbers)) for numbers in places[k])
             (parts[k - 1] if k else m).use("u", f"part{k}", xyz=xyz, rpy=rpy)
         m.gravity(*map(float, turn @ self.gravity))
-        return m, [["u." * len(parts) + name for name in group] for group in seen]
+        within = "u." * len(parts)
+
+        def inside(name: str) -> str:
+            return f"dot({within}{name[4:]}" if name.startswith("dot(") else within + name
+
+        return m, [[inside(name) for name in group] for group in seen]
 
     def describe(self, m: Model) -> list[list[str]]:
         """Say all but what gravity does; return names of the outputs."""
@@ -569,6 +604,10 @@ class Case:
                 f"spring{i}", points=[f"from{i}", f"to{i}"], stiffness=s.stiffness, length=s.length,
                 damping=s.damping, preload=s.preload,
             )  # fmt: skip
+        for i, rotor in enumerate(self.rotors):
+            told = {"inertia": rotor.inertia, "axis": list(map(float, rotor.axis)), "rate": rotor.rate}
+            m.rotor(f"rotor{i}", body=named(rotor.body), **told)
+            m.force(f"rotor{i}", f"{rotor.torque!r}*cos({rotor.speed!r}*t)")
         if self.closure is not None:
             self._close(m, named)
         return self._tell(m)
@@ -615,6 +654,7 @@ class Case:
         of("angle", f"cos(angle({whence}, {self.links[last].name}, {{}}))", "xyz")
         for i in range(len(self.springs)):
             of(f"power{i}", f"power(spring{i}{{}})", [""])
+        seen += [[f"dot(rotor{i})"] for i in range(len(self.rotors))]
         if self.closure is not None:
             if self.closure["kind"] == "screw":
                 seen.append([])
@@ -763,7 +803,11 @@ def draw(r: np.random.Generator, closed: bool) -> Case:
         told = _number(r, 0, 30), _number(r, 0.5, 3), _number(r, 0, 1), _number(r, -5, 5) * (r.random() < 0.3)
         springs.append(Spring(A, B, *ends, *told))
     constant = _number(r, 0.1, 1.0) if n > 1 and not closed and r.random() < 0.1 else 0.0
-    return Case(links, gravity, fields, attractor, constant, loads, springs, closure)
+    rotors = []
+    if r.random() < 0.4:
+        told = _number(r, 0.01, 0.3), _number(r, -40, 40), _number(r, -2, 2), _number(r, 0.5, 5)
+        rotors.append(Rotor(int(r.integers(n)), _unit(r), *told))
+    return Case(links, gravity, fields, attractor, constant, loads, springs, closure, rotors)
 
 
 def bodies(kind: str, number: int, method: str) -> Outcome:
