@@ -71,3 +71,23 @@ def test_series_follow_the_motion_round_the_bend(four_bar, longer, tight):
     assert abs(runs[0].q[-1, 1]) > 0.1
     sizes = np.abs(runs[1].states).max(axis=0)
     assert np.abs((runs[0].states[-1] - runs[1].states[-1]) / sizes).max() < 1e-5
+
+
+@pytest.mark.parametrize("foot", [[0.09, -0.26, -0.21], [-0.55, -0.36, -0.39]])
+def test_a_coordinate_that_moves_the_whole_loop_along_says_nothing_of_branches(foot):
+    """A loop on a screw: derivatives of its constraints by the screw's angle are round-off."""
+    m = Model("carried", gravity=(0, 0, "-9.81"))
+    for name, com in (("base", (0.1, 0.2, 0)), ("arm", (0.2, 0, 0.1)), ("rod", (0.1, 0.1, 0))):
+        m.body(name, mass=1, com=com, inertia=(0.1, 0.12, 0.09))
+    told = {"axis": [0.6, 0.48, 0.64], "pitch": 0.3, "guess": 0.3}
+    m.joint("base", "screw", "base", origin={"xyz": [0.1, 0.2, 0.3], "rpy": [0.4, -0.7, 1.1]}, **told)
+    origin = {"xyz": [0.3, 0.1, 0], "rpy": [1.2, 0.3, -0.5]}
+    m.joint("arm", "universal", "arm", "base", origin=origin, axis=[0.6, 0, 0.8], guess=[0.5, -0.3])
+    origin = {"xyz": [0.4, 0, 0.1], "rpy": [0.3, 0.8, 0.2]}
+    m.joint("rod", "planar", "rod", "arm", origin=origin, axis=[0, 0, 1], guess=[0.05, 0.1, 0.4])
+    m.frame("tip", "rod", at=[0.3, 0.2, 0.1])
+    m.frame("foot", "base", at=foot, rpy=[0.2, 0.3, 0.4])
+    m.closure("loop", "spherical", frames=["foot", "tip"])
+    run = m.derive().run(t_end=2.0, method="dop853", fps=200)
+    assert run.status == "success"
+    assert not list(branches(run))

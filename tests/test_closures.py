@@ -299,6 +299,20 @@ def test_the_efficiency_of_a_worm(rack):
     assert held.energy.balance[-1] == pytest.approx(0.0, abs=1e-15)
 
 
+@pytest.mark.parametrize("radius", ["-0.2", "-r"])
+def test_a_rack_that_moves_the_other_way_loses_as_much(radius):
+    m = Model("rack")
+    m.parameter("r", 0.2)
+    a, b = m.coordinate("a"), m.coordinate("b")
+    m.kinetic(WORM["J"] * dot(a) ** 2 / 2 + WORM["K"] * dot(b) ** 2 / 2)
+    m.rack("mesh", a, b, radius, efficiency=0.8)
+    m.force(a, 1.0)
+    m.force(b, 1.0)
+    run = m.derive().run(t_end=0.5, **TOL)
+    assert run.ok
+    assert run.accelerations[-1, 0] == pytest.approx(worm_acceleration(1 / 0.8 - 1, 1.0, -1.0))
+
+
 @pytest.mark.parametrize(
     ("method", "form"),
     [("dop853", "projection"), ("radau5", "ggl"), ("taylor", "projection")],

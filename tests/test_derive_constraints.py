@@ -307,3 +307,29 @@ rod = "(0.9 - 0.6*cos(psi) - 0.5*cos(a))^2 + (0.6*sin(psi) + 0.5*sin(a))^2 - 0.6
     found = [derive(read_text(text)).run(t_end=2.0, method="dop853", rtol=1e-10) for text in (tree, rod)]
     assert not any(solution.objections for solution in found)
     assert found[0]["a"][-1] == pytest.approx(found[1]["a"][-1], abs=1e-8)
+
+
+REDUNDANT = """
+name = "redundant"
+[parameters]
+m = 1.3
+[coordinates]
+a = { start = 0.4, rate = 0.5 }
+%s
+[energy]
+potential = "5*a^2"
+[bodies.tip]
+mass = "m"
+com = %s
+"""
+
+
+@pytest.mark.parametrize("method", ["dop853", "taylor", "radau5"])
+def test_more_coordinates_may_move_a_mass_than_it_has_ways_to_go(method):
+    """M is singular by its structure, with a full diagonal: pivots were round-off, and no run got on."""
+    both = REDUNDANT % ("b = { guess = 0.1 }", '["a + 0.7*b", "0.3*a + 0.21*b"]')
+    both += '[constraints]\nc = "b - 0.2*sin(a)"\n'
+    one = REDUNDANT % ("", '["a + 0.14*sin(a)", "0.3*a + 0.042*sin(a)"]')
+    found = [derive(read_text(text)).run(t_end=2.0, method=method, rtol=1e-10) for text in (both, one)]
+    assert not any(solution.objections for solution in found)
+    assert found[0]["a"][-1] == pytest.approx(found[1]["a"][-1], abs=1e-8)

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from symgen import Model
+from symgen import Model, dot, sign
 from symgen.runtime import load, solve
 from symgen.runtime.checks.jumped_over import Path as RecordedPath
 from symgen.runtime.checks.missed_events import _crossings
@@ -363,3 +363,20 @@ def test_frames_that_are_round_off_apart_make_no_slopes_of_round_off():
     with np.errstate(all="ignore"):
         slopes = RecordedPath(of_path, "residual", run.system.nv)._slopes[:, 3:7]
     assert np.abs(slopes).max() < 1.1  # of a unit quaternion at 2 rad/s
+
+
+@pytest.mark.parametrize(("method", "start"), [("dop853", 1.192), ("dop853", 12 / 13), ("taylor", 1.192)])
+def test_a_sign_that_is_zero_where_it_crosses_is_seen_again(method, start):
+    """Of 25 places some are hit to the last bit, and near where it turns for many digits of time."""
+    m = Model("signs")
+    x = m.coordinate("x", start=start)
+    m.kinetic(dot(x) ** 2 / 2)
+    m.potential(3.976**2 * x**2 / 2)
+    places = [round(-1.1 + 0.09 * k, 3) for k in range(25)]
+    for k, place in enumerate(places):
+        m.event(f"sign{k}", sign(x - place))
+        m.event(f"plain{k}", x - place)
+    run = m.derive().run(t_end=6.0, method=method)
+    assert run.ok
+    for k in range(len(places)):
+        assert times(run, f"sign{k}") == pytest.approx(times(run, f"plain{k}"), abs=1e-9)

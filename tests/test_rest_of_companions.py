@@ -83,3 +83,19 @@ def test_errors_that_grow_behind_what_was_followed_closely_are_seen(rates, how, 
     (said,) = [entry.value for entry in run.health if entry.check == "accuracy"]
     assert said == pytest.approx(off, rel=0.1)
     assert ("accuracy" in [entry.check for entry in run.objections]) == (off > 0.05)
+
+
+def test_impacts_that_no_companion_has_met_are_told():
+    """A ball on a floor and one in a box of stops: 200 blows, of which a companion follows 60."""
+    m = Model("rattles")
+    x, y = m.coordinate("x", rate=1.7), m.coordinate("y", start=0.3, rate=0.4)
+    m.body("ball", mass=1, com=(x, y))
+    m.force("y", "-x*y")
+    for name, gap in (("left", x + 0.1), ("right", 0.1 - x), ("floor", y), ("roof", 1 - y)):
+        m.stop(name, gap=gap, restitution=1)
+    run = m.derive().run(t_end=20.0, method="dop853", rtol=1e-7)
+    said = next(entry for entry in run.health if entry.check == "accuracy")
+    assert len(run.events) > 150
+    assert "jumps of rates beyond these" in said.says or not said.ok
+    few = m.derive().run(t_end=2.0, method="dop853", rtol=1e-7)
+    assert not any("beyond these" in entry.says for entry in few.health)

@@ -153,8 +153,9 @@ def _entry(solution: Solution, found: ErrorEstimate) -> HealthCheck:
     )
     said = off if found.known else f"{off} at the end, as parts of the run, integrated again, say"
     if error <= LARGEST_ERROR:
+        beyond = f"; what {found.unseen} jumps of rates beyond these make of it is not known"
         return AccuracyCheck(
-            "accuracy", True, error, LARGEST_ERROR, f"at most, {said}",
+            "accuracy", True, error, LARGEST_ERROR, f"at most, {said}{beyond if found.unseen else ''}",
             sees_drift=found.known or found.has_drift, sees_all=found.known,
         )  # fmt: skip
     beyond = f"by more than {LARGEST_ERROR:.0%} from t = {found.until(LARGEST_ERROR):.4g} s on"

@@ -31,6 +31,7 @@ _MOST_PLACES = 5
 _HALVINGS, _GAUSS_STEPS = 40, 12
 _CLOSED = 1e-5  # of the coordinates' ranges: nearer than this, branches meet
 _ON_CONSTRAINTS = 1e-11  # of what the largest range of a coordinate may change
+_ROUND_OFF = 1e-12  # of the largest column
 _TINY = 1e-300
 
 
@@ -44,7 +45,10 @@ def branches(solution: Solution) -> Iterator[HealthCheck]:
     with lent(system, LookAtFrames, len(precomputed)) as look:
         look.begin(system, precomputed)
         look.see(WEIGHTS, solution.t, solution.states)
-        weights = 1.0 / np.maximum(look.of.weights, _TINY)
+        # A coordinate that moves the whole loop along has columns of round-off: these are no directions.
+        sizes = look.of.weights
+        sizes[:] = np.maximum(sizes, max(_ROUND_OFF**2 * sizes.max(initial=0.0), _TINY))
+        weights = 1.0 / sizes
         for first, end in look.look(TURNS, solution.t, solution.states):
             turned += (first - 1 + np.flatnonzero(look.of.turned[: end - first])).tolist()
     places = [k for k in turned if _is_straight(solution, k)][:_MOST_PLACES]

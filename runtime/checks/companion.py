@@ -286,8 +286,12 @@ def follow(
 
 def last_jump(events: Sequence[EventRecord]) -> float:
     """Return when rates jumped last [s]."""
-    jumps = (event.t for event in reversed(events) if event.action not in ("record", "terminate"))
-    return next(jumps, -math.inf)
+    return next((event.t for event in reversed(events) if is_jump(event)), -math.inf)
+
+
+def is_jump(event: EventRecord) -> bool:
+    """Whether an event is an impact, a reset, or a change of what is held."""
+    return event.action not in ("record", "terminate")
 
 
 def _timetable(

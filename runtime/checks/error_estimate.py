@@ -22,6 +22,7 @@ from symgen.runtime.checks.companion import (
     follow,
     follow_smooth,
     independent,
+    is_jump,
     last_jump,
     loose,
     tighter,
@@ -130,6 +131,8 @@ class ErrorEstimate:
         Whether it has, behind what companions have seen, what the drift of the energy makes of the motion.
     is_bound : bool
         Whether it is an upper bound only, as the companion's own error is in it.
+    unseen : int
+        How many jumps of the run no companion has met.
     """
 
     t: np.ndarray
@@ -140,6 +143,7 @@ class ErrorEstimate:
     states: np.ndarray | None = None
     has_drift: bool = False
     is_bound: bool = False
+    unseen: int = 0
 
     @property
     def worst(self) -> np.ndarray:
@@ -243,7 +247,8 @@ def _estimated(
             parts.append(comparison.follow(companion, half, begin, seen))
         # What comes to rest by ever shorter bounces tells its companion apart once, and is not chaotic.
         told = [part.rate or 0.0 for part in parts if len(part.t) >= LEAST_FRAMES]
-        return _extrapolated(solution, parts, Amplification(elsewhere=min(told, default=0.0)))
+        carried_on = _extrapolated(solution, parts, Amplification(elsewhere=min(told, default=0.0)))
+        return replace(carried_on, unseen=_unseen_jumps(solution, parts))
     if comparison.own.adaptive:
         # Fixed steps may keep an energy of their own, which a part from the middle would count as an error.
         parts.append(comparison.follow(companion, half, comparison.middle))
@@ -342,7 +347,7 @@ class _Comparison:
         self._is_plain = _is_plain(self.system, ranges, least)
         self.least_range = float(ranges[ranges >= _AT_REST * ranges.max()].min(initial=1.0))
         # A jump of the rates may come before a frame in one run, and after it in the other.
-        self.jumps = any(event.action not in ("record", "terminate") for event in solution.events)
+        self.jumps = any(is_jump(event) for event in solution.events)
 
     @cached_property
     def _sharp(self) -> SharpPlaces | None:
@@ -847,6 +852,13 @@ def _extrapolated(
         np.append(found.t, times), np.vstack([found.relative, rows]), known=False, rate=grown.rate,
         has_drift=phase is not None and phase.whole is not None,
     )  # fmt: skip
+
+
+def _unseen_jumps(solution: Solution, parts: list[ErrorEstimate]) -> int:
+    """Return how many jumps of a run lie in no part of it that a companion went along."""
+    jumps = np.array([event.t for event in solution.events if is_jump(event)])
+    seen = [(part.t[0] <= jumps) & (jumps <= part.t[-1]) for part in parts]
+    return int(np.count_nonzero(~np.any(seen, axis=0)))
 
 
 def _at_times(

@@ -84,6 +84,8 @@ INWARDS = 1e-3
 CHEBYSHEV = tuple(0.5 * (1.0 - math.cos(math.pi * k / N_UNIFORM)) for k in range(N_UNIFORM + 1))
 GOLDEN = (3.0 - math.sqrt(5.0)) / 2.0
 EPS = float(np.finfo(float).eps)
+# Of what a function is beside a zero: what it does not change by in the last digits of time, unless it jumps.
+OF_JUMP, DOUBLINGS = 1e-6, 8
 # Times round-off: how far past zero an event's function may be where another one of its instant is found.
 WITHIN = 8.0
 
@@ -406,12 +408,31 @@ def locate(e, side, level, before, past, loop, scan):
     while True:
         middle = 0.5 * (before + past)
         if t0 + middle * h in (t0 + before * h, t0 + past * h) or middle in (before, past):
-            return past
+            return behind_zero(e, side, past, loop, scan) if level == 0.0 else past
         event_values(middle, True, loop, scan, scan.g)
         if side * scan.g[e] > level:
             before = middle
         else:
             past = middle
+
+
+@jitted
+def behind_zero(e, side, past, loop, scan):
+    """Return the place of a crossing, digits of time behind where a function is at zero and jumps on, as `sign(x)`.
+
+    At zero, what is as good as zero would be as large as the jump, and the function never clear of it again.
+    """
+    event_values(past, True, loop, scan, scan.g)
+    digit, behind = EPS * max(abs(scan.t0 + scan.h) / scan.h, 1.0), past
+    for _ in range(DOUBLINGS):  # a state that turns back stays at its place for many of them
+        if scan.g[e] != 0.0:
+            break
+        behind, digit = behind + digit, 2.0 * digit
+        if behind > 1.0:
+            return past
+        event_values(behind, True, loop, scan, scan.g)
+    size = max(abs(scan.table[e]), abs(scan.table[loop.sizes[at.NE] + e]))
+    return behind if -side * scan.g[e] > OF_JUMP * size else past
 
 
 @jitted

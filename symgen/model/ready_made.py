@@ -182,8 +182,8 @@ def loss_of(loop: Loop) -> Friction | None:
     if arguments.get("efficiency") is None:
         return None
     level = difference(inverted(arguments["efficiency"]), algebra.ONE)
-    if "radius" in arguments:  # the force of a rack, which is a torque on its pinion
-        level = product([arguments["radius"], level])
+    if "radius" in arguments:  # the force of a rack, which is a torque on its pinion, whichever way it moves
+        level = product([algebra.Abs(arguments["radius"]), level])
     speed = dot(algebra.Symbol(arguments["coordinates"][0]))
     return Friction(loop.name, speed, level, normal=(loop.name,))
 

@@ -35,7 +35,7 @@ def singular_coordinates(g: Graph, mass: SparseRows) -> set[int]:
             continue
         root = np.sqrt(diagonal)
         sizes, vectors = np.linalg.eigh(matrix / np.outer(root, root))
-        still = vectors[:, sizes < _SINGULAR]
+        still = vectors[:, np.abs(sizes) < _SINGULAR]
         found |= {i for i, parts in zip(block, still, strict=True) if np.abs(parts).max(initial=0.0) > _PART}
     return found
 
