@@ -61,7 +61,7 @@ class Run(RunState):
         if (
             events_in_code.has_plain_events(self.system)
             or events_in_code.has_impacts_beside_constraints(self.system, self.arrays)
-            or events_in_code.has_records_on_constraints(self.system)
+            or events_in_code.has_own_events_on_constraints(self.system, self.arrays)
         ):
             return events_in_code.EventsInCode(*given)
         if jumps_in_code.has_events_beside_jumps(self.system, self.arrays):

@@ -114,7 +114,7 @@ def both(monkeypatch, model, t_end, **options):
     with monkeypatch.context() as patch:
         patch.setattr(events_in_code, "has_plain_events", lambda _: False)
         patch.setattr(events_in_code, "has_impacts_beside_constraints", lambda *_: False)
-        patch.setattr(events_in_code, "has_records_on_constraints", lambda _: False)
+        patch.setattr(events_in_code, "has_own_events_on_constraints", lambda *_: False)
         patch.setattr(frictions_in_code, "has_plain_frictions", lambda *_: False)
         by_python = model.run(t_end, **options)
     return by_python, model.run(t_end, **options)

@@ -392,7 +392,7 @@ def act_on_own(event, loop, own):
     changed = have_changed(own)
     end_row(event, total_energy(loop, own) - energy, 0, loop, own)
     arm(event, loop, own)
-    if look_for_pile(event, against, loop, own):
+    if look_for_pile(against, loop, own):
         return PILES_UP
     return OTHER_SETTINGS if changed else GOES_ON
 
