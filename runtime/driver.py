@@ -60,8 +60,8 @@ class Run(RunState):
         given = self.system, self.method, self.arrays
         if (
             events_in_code.has_plain_events(self.system)
-            or events_in_code.has_impacts_beside_constraints(self.system, self.arrays)
-            or events_in_code.has_own_events_on_constraints(self.system, self.arrays)
+            or events_in_code.has_impacts_beside_constraints(self.system)
+            or events_in_code.has_own_events_on_constraints(self.system)
         ):
             return events_in_code.EventsInCode(*given)
         if jumps_in_code.has_events_beside_jumps(self.system, self.arrays):

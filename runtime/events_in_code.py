@@ -8,7 +8,6 @@ import numpy as np
 
 from symgen.runtime.code.call_block import CallBlock, call_block
 from symgen.runtime.graph.spelling import reset_function
-from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate import plain_events as here
 from symgen.runtime.loop_arrays import DIRECTIONS
 
@@ -46,27 +45,23 @@ def has_plain_events(system: System, *, beside_jumps: bool = False) -> bool:
     )
 
 
-def has_impacts_beside_constraints(system: System, arrays: LoopArrays) -> bool:
-    """Whether machine code can act on impacts of a run with constraints: no quaternions, frictions, jumps of forces.
-
-    Nor may rates be scaled to a level of energy, which impacts change.
-    """
+def has_impacts_beside_constraints(system: System) -> bool:
+    """Whether machine code can act on impacts of a model with constraints: no quaternions, frictions, jumps."""
     return (
         bool(system.m and system.switches)
         and not system.jumps
         and system.nq == system.nv
         and system.nv + system.m <= _LARGEST
         and all(switch["kind"] == "stop" for switch in system.switches)
-        and bool(np.isnan(arrays.control[at.ENERGY_LEVEL]))
     )
 
 
-def has_own_events_on_constraints(system: System, arrays: LoopArrays) -> bool:
+def has_own_events_on_constraints(system: System) -> bool:
     """Whether machine code can act on events of a model with constraints or quaternions that has own ones alone.
 
     It acts on those that record, and on those that reset where `_resets`.
     """
-    acts_on = {"record", "reset"} if _resets(system, arrays) else {"record"}
+    acts_on = {"record", "reset"} if _resets(system) else {"record"}
     return (
         bool(system.events)
         and bool(system.m or system.quaternions)
@@ -75,12 +70,9 @@ def has_own_events_on_constraints(system: System, arrays: LoopArrays) -> bool:
     )
 
 
-def _resets(system: System, arrays: LoopArrays) -> bool:
-    """Whether machine code can act on resets: no quaternions, and with constraints no level of energy to scale to."""
-    if system.quaternions:
-        return False
-    is_free = bool(np.isnan(arrays.control[at.ENERGY_LEVEL]))
-    return not system.m or (system.nq == system.nv and system.nv + system.m <= _LARGEST and is_free)
+def _resets(system: System) -> bool:
+    """Whether machine code can act on resets: no quaternions, and matrices that are factored in full."""
+    return not system.quaternions and system.nq == system.nv and system.nv + system.m <= _LARGEST
 
 
 def make_after(
@@ -96,7 +88,7 @@ def make_after(
     n_stops = len(system.switches)
     own = system.events[: len(system.events) - n_stops]
     is_free = not (system.m or system.quaternions)
-    actions = ACTIONS if _resets(system, arrays) else ACTIONS | {"reset": here.BY_PYTHON}
+    actions = ACTIONS if _resets(system) else ACTIONS | {"reset": here.BY_PYTHON}
     kinds = [actions.get(event["action"], here.BY_PYTHON) for event in own]
     resets = [reset_function(event["name"]) if kind == here.RESETS else "" for event, kind in zip(own, kinds)]
     addresses = np.zeros(here.FIRST_RESET + len(own), dtype=np.uint64)

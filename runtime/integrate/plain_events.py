@@ -226,6 +226,8 @@ def act(loop, after):
     if not is_reset and n_struck == 0:
         renew_bands(loop, after)
         return ACTED
+    if math.isfinite(loop.control[at.ENERGY_LEVEL]):
+        loop.control[at.ENERGY_LEVEL] = energy_to_keep(loop, after)
     loop.control[at.ERROR_OLD] = 1e-4
     loop.counters[at.LAST_REJECTED] = 0
     arm(True, loop, after)
@@ -424,6 +426,15 @@ def total_energy(loop, after):
     """Return T + V at the present state."""
     call_kernel(after.addresses[ENERGY], loop.control[at.T], loop.y, loop.p, after.energy)
     return after.energy[0] + after.energy[1]
+
+
+@jitted
+def energy_to_keep(loop, after):
+    """Return T + V less the work that was done: the level to which a run scales its rates."""
+    work = 0.0
+    for k in range(after.before.shape[0], loop.y.shape[0]):
+        work += loop.y[k]
+    return total_energy(loop, after) - work
 
 
 @jitted
