@@ -21,8 +21,8 @@ from symgen.runtime.events_in_code import (
 )
 from symgen.runtime.graph.spelling import reset_function
 from symgen.runtime.integrate import layout as at
-from symgen.runtime.integrate import plain_events, plain_jumps
-from symgen.runtime.integrate import plain_frictions as here
+from symgen.runtime.integrate import plain_events, plain_frictions, plain_jumps
+from symgen.runtime.integrate import plain_instant as here
 from symgen.runtime.jumps_in_code import make_jumps
 from symgen.runtime.loop_arrays import DIRECTIONS
 from symgen.runtime.positions import ANGLES
@@ -38,12 +38,13 @@ if TYPE_CHECKING:
 _ROWS = 1024  # of the log
 _LARGEST = 24  # rates: mass matrices are factored in full
 _OF_FREE = (
-    (here.EVENTS, "events"), (here.RHS, "rhs"), (plain_events.ENERGY, "energy"), (here.MASS, "mass_matrix"),
-    (here.FORCES, "forces"), (here.SWITCHES, "switches"),
+    (plain_events.EVENTS, "events"), (plain_events.RHS, "rhs"), (plain_events.ENERGY, "energy"),
+    (plain_events.MASS, "mass_matrix"), (plain_events.FORCES, "forces"), (plain_events.SWITCHES, "switches"),
 )  # fmt: skip
 _OF_HELD = ((here.HELD_EVENTS, "events"), (here.HELD_RHS, "rhs"), (here.ROWS, "constraint_jacobian"))
 _OF_ALL_ROWS = (
-    (here.JACOBIAN, "constraint_jacobian"), (here.RESIDUAL, "constraint_residual"), (here.GAMMA, "gamma")
+    (plain_events.JACOBIAN, "constraint_jacobian"), (plain_events.RESIDUAL, "constraint_residual"),
+    (plain_events.GAMMA, "gamma"),
 )  # fmt: skip
 
 
@@ -87,7 +88,9 @@ def _groups(system: System, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return which coordinates have one unit, and the largest parameter with it: `levels.coordinate_sizes`."""
     units = [record["unit"] for record in system.coordinates]
     names = list(dict.fromkeys(unit for unit in units if unit not in ANGLES))
-    groups = np.array([here.ANGLE if unit in ANGLES else names.index(unit) for unit in units], dtype=np.int64)
+    groups = np.array(
+        [plain_frictions.ANGLE if unit in ANGLES else names.index(unit) for unit in units], dtype=np.int64
+    )
     records = [*system.parameters, *system.inputs]
     largest = [
         max((abs(float(x)) for record, x in zip(records, p) if record["unit"] == name), default=0.0)
@@ -139,9 +142,9 @@ class FrictionsInCode:
             made = [make_jumps(form, method, arrays, found[1], found[0].p) for form, found in forms]
             self._jumps, kept = zip(*made)
             self._keep += kept
-            self._call = call_block(here.advance_over_frictions_and_jumps, *given, *self._jumps)
+            self._call = call_block(plain_frictions.advance_over_frictions_and_jumps, *given, *self._jumps)
         else:
-            self._call = call_block(here.advance_over_frictions, *given)
+            self._call = call_block(plain_frictions.advance_over_frictions, *given)
 
     def _look(self) -> tuple[Loop, CallBlock, np.ndarray, int, tuple[np.ndarray, ...]]:
         """The loop of the form that the arrays have, its call, its limits of steps, its number, its guard's arrays."""
@@ -166,10 +169,13 @@ class FrictionsInCode:
         for place, name in _OF_ALL_ROWS:
             keep.append(closed.kernel(name))
             addresses[place] = keep[-1].address
-        addresses[here.ADVANCE], addresses[here.HELD_ADVANCE] = free[1].address, held[1].address
+        addresses[plain_events.ADVANCE], addresses[here.HELD_ADVANCE] = free[1].address, held[1].address
         addresses[here.SETUP], addresses[here.HELD_SETUP] = system.setup_address, closed.setup_address
         counts = np.zeros(here.N_COUNTS, dtype=np.int64)
-        counts[here.IS_ADAPTIVE], counts[here.MAY_JUMP] = self._method.adaptive, system.events_may_jump
+        counts[plain_events.IS_ADAPTIVE], counts[plain_events.MAY_JUMP] = (
+            self._method.adaptive,
+            system.events_may_jump,
+        )
         nq, nv, n, ne = system.nq, system.nv, closed.m, len(system.events)
         n_stops, first = layout.n_stops, system.n_settable
         groups, largest = _groups(system, arrays.p)
@@ -184,7 +190,7 @@ class FrictionsInCode:
             limits=np.array([free[2], held[2]]), groups=groups, largest=largest, context=context, weights=weights,
             steps=np.array(random_steps(nv)), places=quaternion_places(system), position=np.zeros(nq + nv),
             rows=np.zeros(n * nv), squares=np.zeros(n), sizes=largest.copy(),
-            log=np.zeros((_ROWS, here.FIRST_STATE + 2 * (nq + nv) + 2 + 2 * n - n_stops)),
+            log=np.zeros((_ROWS, plain_events.FIRST_STATE + 2 * (nq + nv) + 2 + 2 * n - n_stops)),
             lowest=np.full(n_stops, np.inf), before=np.zeros(nq + nv), moved=np.zeros(nq + nv), slope=np.zeros(nq + nv),
             row=np.zeros(system.n_row), held_row=np.zeros(closed.n_row),
             kept=np.zeros(2 * n - n_stops),
@@ -212,7 +218,7 @@ class FrictionsInCode:
             self._bind()
         own, before, is_held = self._own, actions.energy_of_resets, actions.is_held
         self._write_inputs(is_held=is_held)
-        own.counts[here.N_LOG], own.counts[here.IS_HELD] = 0, is_held
+        own.counts[plain_events.N_LOG], own.counts[here.IS_HELD] = 0, is_held
         known = what_is_known(actions)
         if not is_same(known, self._handed):
             hand_over_resets(actions, own)
@@ -223,7 +229,7 @@ class FrictionsInCode:
         arrays.set_limits(stop, max_steps, watch, keep_log=keep_log)
         status = self._call()
         actions.n_jumps += sum(int(jumps.counts[plain_jumps.N_JUMPS]) for jumps in self._jumps)
-        n = int(own.counts[here.N_LOG])
+        n = int(own.counts[plain_events.N_LOG])
         if n:
             self._handed = None
             self._adopt(self._system.closed if own.counts[here.IS_HELD] else self._system)
@@ -252,12 +258,14 @@ class FrictionsInCode:
         settings = self._settings(rows)
         is_new = (settings != np.vstack([known, settings[:-1]])).any(axis=1)
         actions.lowest_gaps = self._own.lowest.copy()
-        n = here.FIRST_STATE + 2 * (self._system.nq + self._system.nv) + 2  # settings are kept elsewhere
+        n = (
+            plain_events.FIRST_STATE + 2 * (self._system.nq + self._system.nv) + 2
+        )  # settings are kept elsewhere
         actions.log.extend_by_rows(self._system, rows[:, :n].copy())
         self.accumulation = take_over_resets(actions, self._own)
         actions.switching.settings = settings[-1]
-        sums = np.cumsum(np.append(before, rows[:, here.CHANGE]))[1:]  # added up one by one
-        self.changes.append((before, rows[:, here.NEXT_FRAME].astype(int), sums, settings, is_new))
+        sums = np.cumsum(np.append(before, rows[:, plain_events.CHANGE]))[1:]  # added up one by one
+        self.changes.append((before, rows[:, plain_events.NEXT_FRAME].astype(int), sums, settings, is_new))
 
     def _settings(self, rows: np.ndarray) -> np.ndarray:
         """Return the settings behind each event, shape (n, number of settings)."""
