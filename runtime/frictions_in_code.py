@@ -23,6 +23,7 @@ from symgen.runtime.graph.spelling import reset_function
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate import plain_events, plain_frictions, plain_jumps
 from symgen.runtime.integrate import plain_instant as here
+from symgen.runtime.integrate.plain_coulomb import make_law
 from symgen.runtime.jumps_in_code import make_jumps
 from symgen.runtime.loop_arrays import DIRECTIONS
 from symgen.runtime.positions import ANGLES
@@ -49,7 +50,7 @@ _OF_ALL_ROWS = (
 
 
 def has_plain_frictions(system: System, method: Method, arrays: LoopArrays) -> bool:
-    """Whether machine code can act on frictions of a run: lines of given size, free but for them and stops.
+    """Whether machine code can act on frictions of a run: along lines, of given size or by stops, free but for these.
 
     So it does on stops alone, which may stay closed.
     """
@@ -60,7 +61,7 @@ def has_plain_frictions(system: System, method: Method, arrays: LoopArrays) -> b
         and system.nq == system.nv <= _LARGEST
         and not len(Layout(system).circles)
         and not (smooth_frictions(system) | creeping_frictions(system)).any()
-        and all(given(normal) for normal in normals_of(system))
+        and all(stop is not None or given((stop, rows)) for stop, rows in normals_of(system))
         and method.tail is None
         and method.versions is None
         and bool(np.isnan(arrays.control[at.ENERGY_LEVEL]))
@@ -179,6 +180,7 @@ class FrictionsInCode:
         nq, nv, n, ne = system.nq, system.nv, closed.m, len(system.events)
         n_stops, first = layout.n_stops, system.n_settable
         groups, largest = _groups(system, arrays.p)
+        presses = np.array([-1 if stop is None else stop for stop, _ in normals_of(system)], dtype=np.int64)
         context, weights, _ = held[4]  # what is let go of has no curve
         own = here.Frictions(
             addresses=addresses, free_block=free[1].block, held_block=held[1].block, result=np.zeros(1),
@@ -200,6 +202,7 @@ class FrictionsInCode:
             mass=np.zeros(nv * nv), inertia=np.zeros(nv), response=np.zeros((n, nv)), compliance=np.zeros((n, n)),
             rates=np.zeros(nv), change=np.zeros(nv), free=np.zeros(n), part=np.zeros(n, dtype=np.int64),
             acting=np.zeros(n, dtype=np.int64), force=np.zeros(n), gram=np.zeros(n * n), right=np.zeros(n),
+            law=make_law(presses, n_stops, sequential=system.sequential_impacts),
         )  # fmt: skip
         return own, keep
 

@@ -2,8 +2,8 @@
 
 It is what `event_actions.py` and `LoopArrays.change_form` do of such an event, which take a hundred times as long; of
 impacts on stops, which are open or closed behind that, of their release, of records and resets beside them. What
-becomes of stops and frictions is found by `plain_holding.py`. All else is left to Python: several that let go at one
-instant, events that end the run, and what is not clear.
+becomes of stops and frictions is found by `plain_holding.py`, or `plain_coulomb.py` where frictions follow the forces
+of stops. All else is left to Python: several that let go at one instant, events that end the run, what is not clear.
 """
 
 import math
@@ -16,6 +16,7 @@ from symgen.runtime.constraints.row_weights import fill_row_weights
 from symgen.runtime.constraints.size_code import fit_sizes
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.loop import all_finite, copy
+from symgen.runtime.integrate.plain_coulomb import decide, follows_reactions
 from symgen.runtime.integrate.plain_events import (
     ADVANCE,
     CHANGE,
@@ -221,7 +222,9 @@ def act(loop, own):
     energy = total_energy(loop, own)
     write_settings(own.kept, own)
     was_held = is_held(i, own)
-    if i >= n_stops:
+    if follows_reactions(own):
+        is_known = decide(i, loop, own) and has_become_another(i, was_held, own)
+    elif i >= n_stops:
         is_known = settle(i - n_stops, loop, own)
     else:
         is_known = release(i, loop, own) if was_held else strike(i, loop, own)
@@ -245,11 +248,23 @@ def act(loop, own):
 
 
 @jitted
+def has_become_another(i, was_held, own):
+    """Whether what fired is held no more, is held now, or goes another way: all else is for Python."""
+    n_stops, holds = own.closed.shape[0], is_held(i, own)
+    if was_held or holds or i < n_stops:
+        return not (was_held and holds)
+    k = i - n_stops
+    return own.p[own.sense[k]] != own.kept[own.stuck.shape[0] + k]
+
+
+@jitted
 def act_on_own(event, loop, own):
     """Act on an event of the model's own: one that records, or resets and leaves what is held as it is."""
     nq, nv, t = loop.sizes[at.NQ], loop.sizes[at.NV], loop.control[at.T]
     something_held, action = own.counts[IS_HELD] != 0, own.actions[event]
     if something_held and (own.counts[MAY_JUMP] or some_rest(loop, own)):
+        return NOT_KNOWN
+    if something_held and action == RESETS and follows_reactions(own):
         return NOT_KNOWN
     find_events(t, loop.y, loop, own, own.values)
     if own.counts[MAY_JUMP] and has_jumped(event, loop, own):

@@ -84,6 +84,8 @@ class Frictions(NamedTuple):
     part, acting : ndarray of int64, shape (n,)
     force, gram, right : ndarray, shapes (n,), (n * n,), (n,)
         Of what is held together: forces, factors of the compliance of what acts, and what these are solved with.
+    law : plain_coulomb.Coulomb
+        What frictions that follow reactions take.
     """
 
     addresses: np.ndarray
@@ -142,6 +144,7 @@ class Frictions(NamedTuple):
     force: np.ndarray
     gram: np.ndarray
     right: np.ndarray
+    law: NamedTuple
 
 
 @jitted
