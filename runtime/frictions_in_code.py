@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.code.call_block import CallBlock, call_block
+from symgen.runtime.constraints.kkt import expectation
 from symgen.runtime.constraints.row_weights import n_weights, quaternion_places, random_steps
 from symgen.runtime.constraints.size_code import make_sizing
 from symgen.runtime.contact.local_dynamics import creeping_frictions, given, normals_of, smooth_frictions
@@ -56,9 +57,10 @@ def has_plain_frictions(system: System, method: Method, arrays: LoopArrays) -> b
     """
     return (
         bool(system.switches)
-        and not (system.m or system.quaternions)
+        and not (system.quaternions or (system.m and system.jumps))
         and len(system.jumps) == len(system.closed.jumps)
-        and system.nq == system.nv <= _LARGEST
+        and system.nq == system.nv
+        and system.nv + system.m <= _LARGEST
         and not len(Layout(system).circles)
         and not (smooth_frictions(system) | creeping_frictions(system)).any()
         and all(stop is not None or given((stop, rows)) for stop, rows in normals_of(system))
@@ -70,19 +72,21 @@ def has_plain_frictions(system: System, method: Method, arrays: LoopArrays) -> b
 
 
 def _is_let_go_entirely(system: System) -> bool:
-    """Whether stops and frictions are all that the held form can hold, and nothing is left of them otherwise."""
+    """Whether stops and frictions are all that the held form holds beside constraints, and let go of entirely."""
     held = system.closed
     if (
         held.dependent
-        or held.nh != Layout(system).n_stops
-        or list(held.switched) != list(range(held.m))
+        or system.dependent
+        or held.nh != system.nh + Layout(system).n_stops
+        or held.m != system.m + len(held.switched)
         or not n_weights(held)
     ):
         return False
     y = np.random.default_rng(20240229).uniform(-1.0, 1.0, system.nq + system.nv)
     p = system.parameter_values()
     p[list(held.switched.values())] = 0.0
-    return not (held.kernel("constraint_jacobian")(0.0, y, p).any() or held.kernel("gamma")(0.0, y, p).any())
+    rows = held.kernel("constraint_jacobian")(0.0, y, p).reshape(held.m, held.nv)[list(held.switched)]
+    return not (rows.any() or held.kernel("gamma")(0.0, y, p)[list(held.switched)].any())
 
 
 def _groups(system: System, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -100,6 +104,31 @@ def _groups(system: System, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         for name in names
     ]
     return groups, np.array(largest)
+
+
+def _make_guard(form: System, found: tuple, p: np.ndarray, arrays: LoopArrays) -> here.Guard:
+    """Return what the guard of a form is told, as it is where the run is now; nothing without constraints of its own.
+
+    Parameters
+    ----------
+    found : tuple
+        From `LoopArrays.visit`.
+    p : ndarray
+        With all on that can be held.
+    """
+    kernel = np.zeros(1, dtype=np.uint64)
+    if form.m == len(form.switched):
+        none, nothing = np.zeros(0), np.zeros(0, dtype=np.int64)
+        return here.Guard(kernel, nothing, none, none, none, nothing, none)
+    kernel[0] = form.kernel("constraint_jacobian").precomputed_address
+    expected = expectation(form, p, arrays.t, arrays.y[: form.nq])
+    return here.Guard(
+        kernel,
+        *found[4],
+        expected.weights,
+        np.array([expected.rank], dtype=np.int64),
+        np.zeros(form.m * form.nv),
+    )
 
 
 class FrictionsInCode:
@@ -158,10 +187,12 @@ class FrictionsInCode:
         n_own = len(system.events) - len(system.switches)
         kinds = [event["action"] for event in system.events[:n_own]]
         addresses, keep = np.zeros(here.FIRST_RESET + n_own, dtype=np.uint64), []
+        if system.m:  # they may be left where a reset leads
+            kinds = ["" if kind == "reset" else kind for kind in kinds]
         resets = [
             (here.FIRST_RESET + k, reset_function(event["name"]))
             for k, event in enumerate(system.events[:n_own])
-            if event["action"] == "reset"
+            if kinds[k] == "reset"
         ]
         for form, named in ((system, (*_OF_FREE, *resets)), (closed, _OF_HELD)):
             for place, name in named:
@@ -177,9 +208,14 @@ class FrictionsInCode:
             self._method.adaptive,
             system.events_may_jump,
         )
-        nq, nv, n, ne = system.nq, system.nv, closed.m, len(system.events)
+        nq, nv, n, ne = system.nq, system.nv, len(closed.switched), len(system.events)
         n_stops, first = layout.n_stops, system.n_settable
         groups, largest = _groups(system, arrays.p)
+        rows_at = np.array(list(closed.switched), dtype=np.int64)
+        constraints = np.setdiff1d(np.arange(closed.m), rows_at)
+        m, everything = len(constraints), arrays.p.copy()
+        everything[list(closed.switched.values())] = 1.0
+        noise = plain_events.ROUND_OFF * (plain_events.ON_CONSTRAINTS if m else 1.0)
         presses = np.array([-1 if stop is None else stop for stop, _ in normals_of(system)], dtype=np.int64)
         context, weights, _ = held[4]  # what is let go of has no curve
         own = here.Frictions(
@@ -188,21 +224,24 @@ class FrictionsInCode:
             directions=np.array([DIRECTIONS[event["direction"]] for event in system.events[:n_own]], dtype=np.int64),
             p=arrays.p, everything=arrays.p.copy(), held_p=held[0].p, closed=first + layout.closed,
             stuck=first + layout.stuck, sense=first + layout.sense, counts=counts,
-            sums=np.array([0.0, np.nan, 0.0, plain_events.ROUND_OFF]), intervals=np.zeros(plain_events.MOST_INTERVALS),
+            sums=np.array([0.0, np.nan, 0.0, noise]), intervals=np.zeros(plain_events.MOST_INTERVALS),
             limits=np.array([free[2], held[2]]), groups=groups, largest=largest, context=context, weights=weights,
             steps=np.array(random_steps(nv)), places=quaternion_places(system), position=np.zeros(nq + nv),
-            rows=np.zeros(n * nv), squares=np.zeros(n), sizes=largest.copy(),
+            rows=np.zeros(closed.m * nv), squares=np.zeros(closed.m), sizes=largest.copy(),
             log=np.zeros((_ROWS, plain_events.FIRST_STATE + 2 * (nq + nv) + 2 + 2 * n - n_stops)),
             lowest=np.full(n_stops, np.inf), before=np.zeros(nq + nv), moved=np.zeros(nq + nv), slope=np.zeros(nq + nv),
             row=np.zeros(system.n_row), held_row=np.zeros(closed.n_row),
             kept=np.zeros(2 * n - n_stops),
             values=np.zeros(ne), g=np.zeros(ne), floor=np.zeros(ne), other=np.zeros(ne), energy=np.zeros(2),
-            switches=np.zeros(3 * n - n_stops), jacobian=np.zeros(n * nv), residual=np.zeros(n_stops + n),
-            speeds=np.zeros(n), gamma=np.zeros(n),
+            switches=np.zeros(3 * n - n_stops), jacobian=np.zeros(n * nv),
+            residual=np.zeros(closed.nh + closed.m), speeds=np.zeros(n), rows_at=rows_at, constraints=constraints,
+            all_rows=np.zeros(closed.m * nv), all_gamma=np.zeros(closed.m), tied=np.zeros(m * nv), ties=np.zeros(m * m),
+            multipliers=np.zeros(m), reactions=np.zeros(m * (n + 1)), reached=np.zeros(nv, dtype=np.int64),
             mass=np.zeros(nv * nv), inertia=np.zeros(nv), response=np.zeros((n, nv)), compliance=np.zeros((n, n)),
             rates=np.zeros(nv), change=np.zeros(nv), free=np.zeros(n), part=np.zeros(n, dtype=np.int64),
             acting=np.zeros(n, dtype=np.int64), force=np.zeros(n), gram=np.zeros(n * n), right=np.zeros(n),
             law=make_law(presses, n_stops, sequential=system.sequential_impacts),
+            of_free=_make_guard(system, free, arrays.p, arrays), of_held=_make_guard(closed, held, everything, arrays),
         )  # fmt: skip
         return own, keep
 

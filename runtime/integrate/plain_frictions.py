@@ -132,9 +132,14 @@ def go_on(done, free, held, own, sizing):
     if done == OTHER_SETTINGS:
         if own.counts[IS_HELD]:
             take_form(held, 1, own)
-            expect(held, own, sizing)
+            if own.of_held.expected.shape[0]:
+                expect_again(held, own.of_held, own)
+            else:
+                expect(held, own, sizing)
         else:
             take_form(free, 0, own)
+            if own.of_free.expected.shape[0]:
+                expect_again(free, own.of_free, own)
 
 
 @jitted
@@ -395,7 +400,7 @@ def note_gaps(loop, own):
 def find_floor(loop, own):
     """Write event functions to `g`, what of them is round-off to `floor`: `event_actions.event_values_and_floor`."""
     held, ne, n, t = own.counts[IS_HELD], loop.sizes[at.NE], own.before.shape[0], loop.control[at.T]
-    relative = ROUND_OFF * (ON_CONSTRAINTS if held else 1.0)
+    relative = ROUND_OFF * (ON_CONSTRAINTS if held or own.constraints.shape[0] > 0 else 1.0)
     dt = relative * abs(t)
     find_events(t, loop.y, loop, own, own.g)
     for e in range(ne):
@@ -518,6 +523,48 @@ def expect(loop, own, sizing):
         scale = min(scale, own.weights[n * nv + i])
     own.context[USUAL_RANK] = own.context[ILL_CONDITIONED] = 0
     own.context[NEAR_SINGULAR] = 1 if smallest < NEAR_LIMIT else 0
-    size = 1.0 / scale
+    set_projection(1.0 / scale, loop)
+
+
+@jitted
+def expect_again(loop, guard, own):
+    """Tell the guard of a form of a model with constraints what was to be expected where it was looked at first.
+
+    How large rows get is asked for where a run begins, however far it goes; near a singular place it is not there.
+    """
+    n, m = own.speeds.shape[0], own.constraints.shape[0]
+    nv = loop.sizes[at.NV]
+    n_rows = guard.rows.shape[0] // nv
+    copy(guard.expected, guard.weights)
+    for j in range(guard.curve.shape[0]):
+        guard.curve[j] = 0.0
+    call_kernel(guard.address[0], loop.control[at.T], loop.y, loop.p, guard.rows)
+    smallest, scale = math.inf, math.inf
+    for c in range(m):
+        row = own.constraints[c] if n_rows > m else c
+        smallest = min(smallest, weighted_square(row, nv, guard))
+    if n_rows > m:
+        for i in range(n):
+            if is_held(i, own):  # off, its row of zeros says nothing
+                smallest = min(smallest, weighted_square(own.rows_at[i], nv, guard))
+    for row in range(n_rows):
+        scale = min(scale, guard.weights[n_rows * nv + row])
+    guard.context[USUAL_RANK], guard.context[ILL_CONDITIONED] = guard.rank[0], 0
+    guard.context[NEAR_SINGULAR] = 1 if smallest < NEAR_LIMIT else 0
+    set_projection(1.0 / scale, loop)
+
+
+@jitted
+def weighted_square(row, nv, guard):
+    """Return the square of the size of a row, in parts of what it is where it is largest."""
+    total = 0.0
+    for j in range(nv):
+        total += guard.rows[row * nv + j] * guard.rows[row * nv + j] * guard.weights[row * nv + j]
+    return total
+
+
+@jitted
+def set_projection(size, loop):
+    """Set how far constraints may be off, one of which changes by `size`: `LoopArrays._prepare_guard`."""
     usual = LEAST_USUAL <= size and size <= MOST_USUAL
     loop.control[at.PROJECTION_TOL] = RESIDUAL_LEFT * (1.0 if usual else size * size)

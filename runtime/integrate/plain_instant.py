@@ -13,11 +13,13 @@ from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.loop import all_finite, copy
 from symgen.runtime.integrate.plain_events import (
+    DEPENDENT,
     EPS,
     EVENTS,
     FORCES,
     GAMMA,
     JACOBIAN,
+    MANY,
     MASS,
     MAY_JUMP,
     RESIDUAL,
@@ -25,7 +27,9 @@ from symgen.runtime.integrate.plain_events import (
     SINGULAR_MASS,
     SURELY_SEEN,
     SWITCHES,
+    back,
     factor,
+    forward,
     solve,
 )
 
@@ -39,6 +43,30 @@ SETTLED, NO_SPEED = 1e-12, 1e-15
 # As in `contact/instant.py`, `event_actions.py`.
 UNDECIDED, BALANCED, ROUNDED, LIMIT_ROUNDED, LITTLE = 1e-9, 1e-6, 1e-13, 1e-10, 1e-7
 CHANGES = 1e-11  # as in `contact/switching.py`: of the largest acceleration, in a moment, more than round-off
+
+
+class Guard(NamedTuple):
+    """The guard of a form with constraints, and what it is to expect of them (`kkt.Expectation`).
+
+    Attributes
+    ----------
+    address : ndarray of uint64, shape (1,)
+        Of the kernel of G, which takes what is worked out of `p`.
+    context, weights, curve : ndarray
+        See `kkt.Lease.arrays`.
+    expected : ndarray
+        The weights; none where the model has no constraints of its own.
+    rank : ndarray of int64, shape (1,)
+    rows : ndarray, shape (rows of G * nv,)
+    """
+
+    address: np.ndarray
+    context: np.ndarray
+    weights: np.ndarray
+    curve: np.ndarray
+    expected: np.ndarray
+    rank: np.ndarray
+    rows: np.ndarray
 
 
 class Frictions(NamedTuple):
@@ -78,7 +106,15 @@ class Frictions(NamedTuple):
     kept : ndarray, shape (2 k + s,)
         The settings before an event, in the order of a row of the log.
     energy, switches : ndarray, shapes (2,), (2 s + 3 k,)
-    jacobian, residual, speeds, gamma : ndarray, shapes (n * nv,), (s + n,), (n,), (n,)
+    jacobian, residual, speeds : ndarray, shapes (n * nv,), (nh + m + n,), (n,)
+    rows_at, constraints : ndarray of int64, shapes (n,), (m,)
+        Which rows of the closed form are those of stops and frictions, and of the model's m constraints.
+    all_rows, all_gamma : ndarray, shapes ((m + n) * nv,), (m + n,)
+        Of the closed form, with all that can be held.
+    tied, ties, multipliers, reactions : ndarray, shapes (m * nv,), (m * m,), (m,), (m * (n + 1),)
+        L⁻¹Gᵀ, row by row, factors of its products among each other, scratch; the multipliers of constraints without
+        forces of stops and frictions, and by a unit of each.
+    reached : ndarray of int64, shape (nv,)
     mass, inertia, response, compliance : ndarray, shapes (nv * nv,), (nv,), (n, nv), (n, n)
     rates, change, free : ndarray, shapes (nv,), (nv,), (n,)
     part, acting : ndarray of int64, shape (n,)
@@ -86,6 +122,8 @@ class Frictions(NamedTuple):
         Of what is held together: forces, factors of the compliance of what acts, and what these are solved with.
     law : plain_coulomb.Coulomb
         What frictions that follow reactions take.
+    of_free, of_held : Guard
+        Of models with constraints: what the guards of both forms are told.
     """
 
     addresses: np.ndarray
@@ -131,7 +169,15 @@ class Frictions(NamedTuple):
     jacobian: np.ndarray
     residual: np.ndarray
     speeds: np.ndarray
-    gamma: np.ndarray
+    rows_at: np.ndarray
+    constraints: np.ndarray
+    all_rows: np.ndarray
+    all_gamma: np.ndarray
+    tied: np.ndarray
+    ties: np.ndarray
+    multipliers: np.ndarray
+    reactions: np.ndarray
+    reached: np.ndarray
     mass: np.ndarray
     inertia: np.ndarray
     response: np.ndarray
@@ -145,6 +191,8 @@ class Frictions(NamedTuple):
     gram: np.ndarray
     right: np.ndarray
     law: NamedTuple
+    of_free: NamedTuple
+    of_held: NamedTuple
 
 
 @jitted
@@ -247,14 +295,40 @@ def is_closing(speed, loop, own):
 @jitted
 def gap_tolerance(i, loop, own):
     """Return how much of a gap the tolerances of the run leave open: `Instant._gap_tolerances`."""
-    nv, rows, size = loop.sizes[at.NV], 0.0, 1.0
+    nv, rows, size = loop.sizes[at.NV], 0.0, size_of_gap(i, loop, own)
     for j in range(nv):
-        entry = abs(own.jacobian[i * nv + j])
-        rows += entry
-        if entry > 0.0:
-            size = max(size, abs(loop.y[j]))
+        rows += abs(own.jacobian[i * nv + j])
     allowed = rows * (loop.control[at.ATOL] + loop.control[at.RTOL] * size)
     return max(allowed, SURELY_SEEN * EPS * rows * size)
+
+
+@jitted
+def size_of_gap(i, loop, own):
+    """Return the largest of the coordinates that a gap is made of, at least 1: `LocalDynamics.sizes`."""
+    nv, m, size, grows = loop.sizes[at.NV], own.constraints.shape[0], 1.0, True
+    for j in range(nv):
+        size = max(size, abs(loop.y[j]))
+        own.reached[j] = 1 if own.jacobian[i * nv + j] != 0.0 else 0
+    if size == 1.0 or m > MANY:
+        return size
+    while grows:  # errors of others come to these by constraints alone
+        grows = False
+        for c in range(m):
+            row, ties, is_wider = own.constraints[c] * nv, False, False
+            for j in range(nv):
+                if own.all_rows[row + j] != 0.0:
+                    ties |= own.reached[j] == 1
+                    is_wider |= own.reached[j] == 0
+            if ties and is_wider:
+                grows = True
+                for j in range(nv):
+                    if own.all_rows[row + j] != 0.0:
+                        own.reached[j] = 1
+    size = 1.0
+    for j in range(nv):
+        if own.reached[j] == 1:
+            size = max(size, abs(loop.y[j]))
+    return size
 
 
 @jitted
@@ -266,9 +340,13 @@ def find_rows(t, y, own):
         own.everything[own.closed[i]] = 1.0
     for j in range(own.stuck.shape[0]):
         own.everything[own.stuck[j]] = 1.0
-    call_kernel(own.addresses[JACOBIAN], t, y, own.everything, own.jacobian)
+    call_kernel(own.addresses[JACOBIAN], t, y, own.everything, own.all_rows)
     call_kernel(own.addresses[RESIDUAL], t, y, own.everything, own.residual)
-    copy(own.residual[n_stops:], own.speeds)
+    nv, first = own.rates.shape[0], own.residual.shape[0] - own.all_gamma.shape[0]
+    for i in range(own.speeds.shape[0]):
+        k = own.rows_at[i]
+        copy(own.all_rows[k * nv : (k + 1) * nv], own.jacobian[i * nv : (i + 1) * nv])
+        own.speeds[i] = own.residual[first + k]
 
 
 @jitted
@@ -283,17 +361,17 @@ def find_dynamics(t, y, loop, own):
         own.rates[i] = 0.0
     call_kernel(own.addresses[MASS], t, y, loop.p, own.mass)
     call_kernel(own.addresses[FORCES], t, y, loop.p, own.rates)
-    call_kernel(own.addresses[GAMMA], t, y, own.everything, own.gamma)
+    call_kernel(own.addresses[GAMMA], t, y, own.everything, own.all_gamma)
     for i in range(nv):
         own.inertia[i] = own.mass[i * nv + i]
-    if not factor(nv, own.mass, SINGULAR_MASS):
+    if not factor(nv, own.mass, SINGULAR_MASS) or not factor_constraints(nv, own):
         return False
-    solve(nv, own.mass, own.rates)
+    solve_constrained(1.0, 0, own.rates, own)
     for i in range(n):
         row = own.jacobian[i * nv : (i + 1) * nv]
         copy(row, own.response[i])
-        solve(nv, own.mass, own.response[i])
-        own.free[i] = -own.gamma[i]
+        solve_constrained(0.0, 1 + i, own.response[i], own)
+        own.free[i] = -own.all_gamma[own.rows_at[i]]
         for j in range(nv):
             own.free[i] += row[j] * own.rates[j]
     for i in range(n):
@@ -302,6 +380,46 @@ def find_dynamics(t, y, loop, own):
             for j in range(nv):
                 own.compliance[i, k] += own.jacobian[i * nv + j] * own.response[k, j]
     return all_finite(own.free, n) and all_finite(own.speeds, n)
+
+
+@jitted
+def factor_constraints(nv, own):
+    """Write L⁻¹Gᵀ of the model's constraints to `tied`, factors of its products to `ties`; whether there are such."""
+    m = own.constraints.shape[0]
+    for c in range(m):
+        row, k = own.tied[c * nv : (c + 1) * nv], own.constraints[c] * nv
+        copy(own.all_rows[k : k + nv], row)
+        forward(nv, own.mass, row)
+        for d in range(c + 1):
+            total = 0.0
+            for j in range(nv):
+                total += row[j] * own.tied[d * nv + j]
+            own.ties[c * m + d] = total
+    return factor(m, own.ties, DEPENDENT)
+
+
+@jitted
+def solve_constrained(part, column, x, own):
+    """Replace forces by the accelerations a that they cause with G a = part γ; multipliers go to `reactions`.
+
+    Constraints are met a second time, for what round-off has left.
+    """
+    nv, m, n_columns = own.rates.shape[0], own.constraints.shape[0], own.speeds.shape[0] + 1
+    forward(nv, own.mass, x)
+    for c in range(m):
+        own.reactions[c * n_columns + column] = 0.0
+    for _ in range(2 if m > 0 else 0):
+        for c in range(m):
+            left = part * own.all_gamma[own.constraints[c]]
+            for j in range(nv):
+                left -= own.tied[c * nv + j] * x[j]
+            own.multipliers[c] = left
+        solve(m, own.ties, own.multipliers)
+        for c in range(m):
+            own.reactions[c * n_columns + column] += own.multipliers[c]
+            for j in range(nv):
+                x[j] += own.tied[c * nv + j] * own.multipliers[c]
+    back(nv, own.mass, x)
 
 
 @jitted
