@@ -204,6 +204,7 @@ class FrictionsInCode:
         addresses[plain_events.ADVANCE], addresses[here.HELD_ADVANCE] = free[1].address, held[1].address
         addresses[here.SETUP], addresses[here.HELD_SETUP] = system.setup_address, closed.setup_address
         counts = np.zeros(here.N_COUNTS, dtype=np.int64)
+        counts[here.STRUCK_IN_TURN] = system.sequential_impacts
         counts[plain_events.IS_ADAPTIVE], counts[plain_events.MAY_JUMP] = (
             self._method.adaptive,
             system.events_may_jump,

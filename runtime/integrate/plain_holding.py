@@ -16,12 +16,14 @@ from symgen.runtime.integrate.plain_instant import (
     CHANGES,
     LIMIT_ROUNDED,
     ROUNDED,
+    STRUCK_IN_TURN,
     UNDECIDED,
     acceleration,
     alone,
     are_open,
     can_be_held,
     find_dynamics,
+    find_part,
     find_rows,
     gap_tolerance,
     is_closing,
@@ -212,6 +214,21 @@ def find_forces(own):
 
     The forces of others are as `force` has them.
     """
+    n, row = own.acting.shape[0], 0
+    for k in range(n):
+        if own.acting[k] != BALANCES:
+            continue
+        own.right[row] = -own.free[k]
+        for j in range(n):
+            if own.acting[j] != BALANCES:
+                own.right[row] -= own.compliance[k, j] * own.force[j]
+        row += 1
+    return solve_balance(own)
+
+
+@jitted
+def solve_balance(own):
+    """Write to `force` what makes what balances respond as `right` has it, row by row; whether that is unique."""
     n, m = own.acting.shape[0], 0
     for k in range(n):
         m += 1 if own.acting[k] == BALANCES else 0
@@ -219,13 +236,11 @@ def find_forces(own):
     for k in range(n):
         if own.acting[k] != BALANCES:
             continue
-        own.right[row], column = -own.free[k], 0
+        column = 0
         for j in range(n):
             if own.acting[j] == BALANCES:
                 own.gram[row * m + column] = own.compliance[k, j]
                 column += 1
-            else:
-                own.right[row] -= own.compliance[k, j] * own.force[j]
         row += 1
     if not factor(m, own.gram, DEPENDENT):
         return False
@@ -314,16 +329,21 @@ def strike(i, loop, own):
     if not find_dynamics(t, loop.y, loop, own) or not are_open(i, loop, own):
         return False
     is_alone = others_are_free(i, own)
-    if some_closed_share(i, own):
-        return False
     closing, restitution = own.speeds[i], own.switches[2 * i + 1]
     if not (closing < 0.0 and 0.0 <= restitution <= 1.0) or not own.compliance[i, i] > LED * alone(
         i, nv, own
     ):
         return False
-    impulse = -(1.0 + restitution) * closing / own.compliance[i, i]
-    for j in range(nv):
-        loop.y[nq + j] += own.response[i, j] * impulse
+    if some_closed_share(i, own):
+        if not share_blow(i, own):
+            return False
+        for k in range(own.closed.shape[0]):
+            for j in range(nv):
+                loop.y[nq + j] += own.response[k, j] * own.force[k]
+    else:
+        impulse = -(1.0 + restitution) * closing / own.compliance[i, i]
+        for j in range(nv):
+            loop.y[nq + j] += own.response[i, j] * impulse
     find_rows(t, loop.y, own)
     tear_off(loop, own)
     if not slide(-1, loop, own) or not find_dynamics(t, loop.y, loop, own):
@@ -346,6 +366,30 @@ def some_closed_share(i, own):
         if k != i and is_held(k, own) and own.compliance[i, k] != 0.0:
             return True
     return False
+
+
+@jitted
+def share_blow(i, own):
+    """Write the impulses of a blow that closed stops share to `force`; whether all of them press: `switching._blow`.
+
+    What is closed stays so, and what is struck leaves at -e times the speed that it had.
+    """
+    n_stops, row = own.closed.shape[0], 0
+    if own.counts[STRUCK_IN_TURN]:
+        return False
+    find_part(i, own)
+    for k in range(own.acting.shape[0]):
+        takes_part = k == i or (k < n_stops and own.part[k] == 1 and is_held(k, own))
+        own.acting[k], own.force[k] = BALANCES if takes_part else NO_PART, 0.0
+        if takes_part:
+            own.right[row] = -(1.0 + own.switches[2 * k + 1]) * own.speeds[k]
+            row += 1
+    if not solve_balance(own):
+        return False
+    for k in range(n_stops):
+        if own.acting[k] == BALANCES and not own.compliance[k, k] * own.force[k] > UNDECIDED * abs(own.speeds[i]):
+            return False
+    return True
 
 
 @jitted

@@ -37,7 +37,8 @@ from symgen.runtime.integrate.plain_events import (
 # others what is worked out of it. SETUP: what works that out. Resets, in the order of the events, follow.
 SETUP, HELD_ADVANCE, HELD_EVENTS, HELD_RHS, HELD_SETUP, ROWS, FIRST_RESET = range(GAMMA + 1, GAMMA + 8)
 IS_HELD = MAY_JUMP + 1  # in `counts`, behind those of `plain_events`
-N_COUNTS = IS_HELD + 1
+STRUCK_IN_TURN = IS_HELD + 1  # the same: blows are those of one stop after another
+N_COUNTS = STRUCK_IN_TURN + 1
 # Speeds of gaps that close no faster are at rest, as in `contact/switching.py`.
 SETTLED, NO_SPEED = 1e-12, 1e-15
 # As in `contact/instant.py`, `event_actions.py`.
