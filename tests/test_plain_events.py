@@ -8,7 +8,7 @@ import pytest
 import symgen
 from symgen import Model
 from symgen.runtime import events_in_code, frictions_in_code
-from symgen.runtime.event_actions import EventLog, ZenoDetector
+from symgen.runtime.event_actions import EventActions, EventLog, ZenoDetector
 from symgen.runtime.events_in_code import EventsInCode
 from symgen.runtime.inputs import Controller, Polynomial, Table
 from symgen.runtime.integrate import plain_events
@@ -457,6 +457,55 @@ def test_an_end_of_a_bar_struck_first_turns_it(monkeypatch):
     assert right.energy_change == 0.0 > left.energy_change
 
 
+ROCKING = """
+name = "rocking"
+[coordinates]
+y = { start = 0.02 }
+a = { start = 0.04 }
+[energy]
+kinetic = "dot(y)^2/2 + 0.03*dot(a)^2"
+potential = "9.81*y"
+[forces]
+y = "3 + 4*cos(8*t)"
+a = "0.5*(3 + 4*cos(8*t))"
+[stops.left]
+gap = "y - 0.5*a"
+restitution = REST
+[stops.right]
+gap = "y + 0.5*a"
+restitution = REST
+"""
+
+
+@pytest.mark.parametrize("method", ["taylor", "dop853", "dopri5", "radau5"])
+@pytest.mark.parametrize("restitution", [0.0, 0.4])
+def test_a_blow_that_a_closed_stop_shares(monkeypatch, restitution, method):
+    """A bar with heavy ends, one of which is lifted again and again: that on which it stands bears a part of each blow."""
+    by_hand, model = [], system(ROCKING.replace("REST", str(restitution)))
+    act = EventActions.act
+    monkeypatch.setattr(EventActions, "act", lambda self: by_hand.append(self.arrays.t) or act(self))
+    by_python, in_code = both(monkeypatch, model, 4.0, method=method, rtol=1e-9, atol=1e-11)
+    events = in_code.events
+    assert len(by_hand) < len(by_python.events) + 6 < 2 * len(by_python.events)
+    assert [(e.name, e.action) for e in events] == [(e.name, e.action) for e in by_python.events]
+    n_shared = 0
+    for mine, theirs in zip(events, by_python.events):
+        assert mine.t == pytest.approx(theirs.t, abs=1e-7)
+        assert mine.energy_change == pytest.approx(theirs.energy_change, abs=1e-5)
+        np.testing.assert_allclose(mine.v_after, theirs.v_after, rtol=0, atol=1e-4)
+        (y, a), (up, turn) = mine.q_after, mine.v_after
+        stays = "left" if mine.name == "right" else "right"
+        way, other = (0.5, -0.5) if mine.name == "right" else (-0.5, 0.5)
+        gap, rate = y + other * a, mine.v_before[0] + other * mine.v_before[1]
+        if mine.action == "impact" and abs(gap) < 1e-9 and abs(rate) < 1e-9:
+            n_shared += 1
+            assert up + other * turn == pytest.approx(0.0, abs=1e-9), stays
+            closing = mine.v_before[0] + way * mine.v_before[1]
+            landed = max(-restitution * closing, 0.0)
+            assert up + way * turn in (pytest.approx(landed, abs=1e-9), pytest.approx(0.0, abs=1e-9))
+    assert n_shared > 1 and in_code.ok
+
+
 @pytest.mark.parametrize("method", ["taylor", "dop853", "dopri5", "radau5"])
 def test_resets_of_constrained_models(monkeypatch, method):
     """Rates that are not given follow from the constraints, as they do by an angle that needs none."""
@@ -494,6 +543,14 @@ then = { reset = { RESET } }
         assert u == pytest.approx(-0.9 * event.v_before[0], rel=1e-13)
         assert event.energy_change == pytest.approx(other.energy_change, abs=1e-6)
     assert in_code.ok and in_code.energy.max_error < 1e-7
+
+
+def test_members_of_ensembles_have_the_events_of_one_instant_of_single_runs():
+    model = system(AT_ONCE["reset beside an impact"])
+    members = model.ensemble(2.0, method="dop853", start={"y": [1.0, 1.2]})
+    for k, y in enumerate((1.0, 1.2)):
+        run = model.run(2.0, method="dop853", start={"y": y}, t_eval=(2.0,))
+        np.testing.assert_array_equal(run.states[-1], [members[name][k] for name in members.names])
 
 
 def test_a_rate_that_is_given_stays_at_a_dead_point(monkeypatch):
