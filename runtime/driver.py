@@ -51,7 +51,6 @@ class Run(RunState):
         super().__init__(*arguments, **options)
         if self.timetable is not None:
             self.arrays.limit_longest(self.timetable.longest(self.arrays.t))
-        self._n_events_held = 0  # that changed nothing of what is held
         self._tries_both_forms = True
         self._in_code = self._acts_in_code()
 
@@ -76,7 +75,9 @@ class Run(RunState):
 
     def _act_in_both_forms(self) -> None:
         """Let machine code close and open stops as well, once some have stayed closed, or others were struck then."""
-        given, n_events = (self.system, self.method, self.arrays), len(self.forms) + self._n_events_held
+        given, n_events = (self.system, self.method, self.arrays), len(self.forms)
+        if self.actions.is_held:
+            n_events = max(n_events, len(self.actions.log))
         if self._in_code is None or self._in_code.in_both_forms:
             return
         if n_events <= _FEW_FORMS or not self._tries_both_forms:
@@ -515,7 +516,6 @@ class Run(RunState):
             return
         settings = switching.settings
         if self.forms and np.array_equal(settings, self.forms[-1]):
-            self._n_events_held += switching.any_held
             self._act_in_both_forms()
             return
         self._note_form(settings)
