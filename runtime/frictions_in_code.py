@@ -271,13 +271,14 @@ class FrictionsInCode:
             jumps.counts[plain_jumps.N_JUMPS] = jumps.counts[plain_jumps.IS_UNDECIDED] = 0
         arrays.set_limits(stop, max_steps, watch, keep_log=keep_log)
         status = self._call()
-        actions.n_jumps += sum(int(jumps.counts[plain_jumps.N_JUMPS]) for jumps in self._jumps)
         n = int(own.counts[plain_events.N_LOG])
         if n:
             self._handed = None
             self._adopt(self._system.closed if own.counts[here.IS_HELD] else self._system)
             self._take_over(actions, own.log[:n].copy(), before)
-        if any(jumps.counts[plain_jumps.IS_UNDECIDED] for jumps in self._jumps):
+        for jumps in self._jumps:
+            actions.n_jumps += int(jumps.counts[plain_jumps.N_JUMPS])
+        if self._jumps and any(jumps.counts[plain_jumps.IS_UNDECIDED] for jumps in self._jumps):
             actions.choose_branches()
         return status
 
