@@ -484,13 +484,14 @@ def test_a_blow_that_a_closed_stop_shares(monkeypatch, restitution, method):
     by_hand, model = [], system(ROCKING.replace("REST", str(restitution)))
     act = EventActions.act
     monkeypatch.setattr(EventActions, "act", lambda self: by_hand.append(self.arrays.t) or act(self))
-    by_python, in_code = both(monkeypatch, model, 4.0, method=method, rtol=1e-9, atol=1e-11)
+    by_python, in_code = both(monkeypatch, model, 6.0, method=method)
     events = in_code.events
-    assert len(by_hand) < len(by_python.events) + 6 < 2 * len(by_python.events)
+    few = 4 if restitution else 2  # the first ones
+    assert len(by_hand) <= len(by_python.events) + few < 2 * len(by_python.events)
     assert [(e.name, e.action) for e in events] == [(e.name, e.action) for e in by_python.events]
     n_shared = 0
     for mine, theirs in zip(events, by_python.events):
-        assert mine.t == pytest.approx(theirs.t, abs=1e-7)
+        assert mine.t == pytest.approx(theirs.t, abs=1e-6)
         assert mine.energy_change == pytest.approx(theirs.energy_change, abs=1e-5)
         np.testing.assert_allclose(mine.v_after, theirs.v_after, rtol=0, atol=1e-4)
         (y, a), (up, turn) = mine.q_after, mine.v_after

@@ -445,7 +445,7 @@ def release(i, loop, own):
     if not slide(-1, loop, own) or not find_dynamics(t, loop.y, loop, own) or not are_open(i, loop, own):
         return False
     free, speed = own.free[i], own.speeds[i]
-    if not own.compliance[i, i] > LED * alone(i, nv, own) or is_closing(speed, loop, own):
+    if not own.compliance[i, i] > LED * alone(i, nv, own) or is_closing(i, loop, own):
         return False
     if not others_are_free(i, own):
         return release_among_others(i, loop, own)

@@ -282,15 +282,19 @@ def rounded(i, nv, own):
 
 
 @jitted
-def is_closing(speed, loop, own):
-    """Whether a gap closes by more than what is at rest: `switching.impulses`."""
+def is_closing(i, loop, own):
+    """Whether a gap closes by more than what is at rest: `switching.impulses`.
+
+    Where all rates are round-off of each other, so are all speeds: they are measured by the tolerances of the run, too.
+    """
     nq, nv, most = loop.sizes[at.NQ], loop.sizes[at.NV], 0.0
     for k in range(own.speeds.shape[0]):
         moved = 0.0
         for j in range(nv):
             moved += abs(own.jacobian[k * nv + j]) * abs(loop.y[nq + j])
         most = max(most, moved)
-    return -speed > SETTLED * abs(speed) + NO_SPEED * most
+    speed = own.speeds[i]
+    return -speed > SETTLED * abs(speed) + NO_SPEED * max(most, slow(i, loop, own))
 
 
 @jitted
