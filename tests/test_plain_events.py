@@ -480,7 +480,7 @@ restitution = REST
 @pytest.mark.parametrize("method", ["taylor", "dop853", "dopri5", "radau5"])
 @pytest.mark.parametrize("restitution", [0.0, 0.4])
 def test_a_blow_that_a_closed_stop_shares(monkeypatch, restitution, method):
-    """A bar with heavy ends, one of which is lifted again and again: that on which it stands bears a part of each blow."""
+    """A bar with heavy ends, one of which is lifted again and again: the other bears a part of each blow."""
     by_hand, model = [], system(ROCKING.replace("REST", str(restitution)))
     act = EventActions.act
     monkeypatch.setattr(EventActions, "act", lambda self: by_hand.append(self.arrays.t) or act(self))

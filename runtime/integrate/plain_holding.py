@@ -386,8 +386,9 @@ def share_blow(i, own):
             row += 1
     if not solve_balance(own):
         return False
+    least = UNDECIDED * abs(own.speeds[i])
     for k in range(n_stops):
-        if own.acting[k] == BALANCES and not own.compliance[k, k] * own.force[k] > UNDECIDED * abs(own.speeds[i]):
+        if own.acting[k] == BALANCES and not own.compliance[k, k] * own.force[k] > least:
             return False
     return True
 
