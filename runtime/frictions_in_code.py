@@ -10,7 +10,7 @@ from symgen.runtime.code.call_block import CallBlock, call_block
 from symgen.runtime.constraints.kkt import expectation
 from symgen.runtime.constraints.row_weights import n_weights, quaternion_places, random_steps
 from symgen.runtime.constraints.size_code import make_sizing
-from symgen.runtime.contact.local_dynamics import creeping_frictions, given, normals_of, smooth_frictions
+from symgen.runtime.contact.local_dynamics import creeping_frictions, normals_of, smooth_frictions
 from symgen.runtime.contact.settings import Layout
 from symgen.runtime.events_in_code import (
     ACTIONS,
@@ -51,7 +51,7 @@ _OF_ALL_ROWS = (
 
 
 def has_plain_frictions(system: System, method: Method, arrays: LoopArrays) -> bool:
-    """Whether machine code can act on frictions of a run: along lines, of given size or by stops, free but for these.
+    """Whether machine code can act on frictions of a run: those along lines, which stick.
 
     So it does on stops alone, which may stay closed.
     """
@@ -63,7 +63,6 @@ def has_plain_frictions(system: System, method: Method, arrays: LoopArrays) -> b
         and system.nv + system.m <= _LARGEST
         and not len(Layout(system).circles)
         and not (smooth_frictions(system) | creeping_frictions(system)).any()
-        and all(stop is not None or given((stop, rows)) for stop, rows in normals_of(system))
         and method.tail is None
         and method.versions is None
         and bool(np.isnan(arrays.control[at.ENERGY_LEVEL]))
@@ -216,7 +215,6 @@ class FrictionsInCode:
         m, everything = len(constraints), arrays.p.copy()
         everything[list(closed.switched.values())] = 1.0
         noise = plain_events.ROUND_OFF * (plain_events.ON_CONSTRAINTS if m else 1.0)
-        presses = np.array([-1 if stop is None else stop for stop, _ in normals_of(system)], dtype=np.int64)
         context, weights, _ = held[4]  # what is let go of has no curve
         own = here.Frictions(
             addresses=addresses, free_block=free[1].block, held_block=held[1].block, result=np.zeros(1),
@@ -240,7 +238,7 @@ class FrictionsInCode:
             mass=np.zeros(nv * nv), inertia=np.zeros(nv), response=np.zeros((n, nv)), compliance=np.zeros((n, n)),
             rates=np.zeros(nv), change=np.zeros(nv), free=np.zeros(n), part=np.zeros(n, dtype=np.int64),
             acting=np.zeros(n, dtype=np.int64), force=np.zeros(n), gram=np.zeros(n * n), right=np.zeros(n),
-            law=make_law(presses, n_stops, sequential=system.sequential_impacts),
+            law=make_law(normals_of(system), n_stops, sequential=system.sequential_impacts),
             of_free=_make_guard(system, free, arrays.p, arrays), of_held=_make_guard(closed, held, everything, arrays),
         )  # fmt: skip
         return own, keep
