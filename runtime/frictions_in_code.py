@@ -10,7 +10,7 @@ from symgen.runtime.code.call_block import CallBlock, call_block
 from symgen.runtime.constraints.kkt import expectation
 from symgen.runtime.constraints.row_weights import n_weights, quaternion_places, random_steps
 from symgen.runtime.constraints.size_code import make_sizing
-from symgen.runtime.contact.local_dynamics import creeping_frictions, given, normals_of, smooth_frictions
+from symgen.runtime.contact.local_dynamics import creeping_frictions, normals_of, smooth_frictions
 from symgen.runtime.contact.settings import Layout
 from symgen.runtime.events_in_code import (
     ACTIONS,
@@ -51,7 +51,7 @@ _OF_ALL_ROWS = (
 
 
 def has_plain_frictions(system: System, method: Method, arrays: LoopArrays) -> bool:
-    """Whether machine code can act on frictions of a run: along lines, of given size or by stops, free but for these.
+    """Whether machine code can act on frictions of a run: those along lines, which stick.
 
     So it does on stops alone, which may stay closed.
     """
@@ -63,7 +63,6 @@ def has_plain_frictions(system: System, method: Method, arrays: LoopArrays) -> b
         and system.nv + system.m <= _LARGEST
         and not len(Layout(system).circles)
         and not (smooth_frictions(system) | creeping_frictions(system)).any()
-        and all(stop is not None or given((stop, rows)) for stop, rows in normals_of(system))
         and method.tail is None
         and method.versions is None
         and bool(np.isnan(arrays.control[at.ENERGY_LEVEL]))
@@ -106,29 +105,25 @@ def _groups(system: System, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return groups, np.array(largest)
 
 
-def _make_guard(form: System, found: tuple, p: np.ndarray, arrays: LoopArrays) -> here.Guard:
-    """Return what the guard of a form is told, as it is where the run is now; nothing without constraints of its own.
+def _make_guard(form: System, found: tuple, arrays: LoopArrays) -> here.Guard:
+    """Return what the guard of a form is told with; nothing of a form without constraints.
 
     Parameters
     ----------
     found : tuple
         From `LoopArrays.visit`.
-    p : ndarray
-        With all on that can be held.
     """
-    kernel = np.zeros(1, dtype=np.uint64)
-    if form.m == len(form.switched):
-        none, nothing = np.zeros(0), np.zeros(0, dtype=np.int64)
-        return here.Guard(kernel, nothing, none, none, none, nothing, none)
-    kernel[0] = form.kernel("constraint_jacobian").precomputed_address
-    expected = expectation(form, p, arrays.t, arrays.y[: form.nq])
+    addresses, rank = np.zeros(2, dtype=np.uint64), np.zeros(1, dtype=np.int64)
+    if form.m:
+        addresses[0] = form.kernel("constraint_residual").address
+        addresses[1] = form.kernel("constraint_jacobian").precomputed_address
+        if not form.switched:
+            rank[0] = expectation(form, arrays.p, arrays.t, arrays.y[: form.nq]).rank
+    switch = np.array([form.switched.get(row, -1) for row in range(form.m)], dtype=np.int64)
     return here.Guard(
-        kernel,
-        *found[4],
-        expected.weights,
-        np.array([expected.rank], dtype=np.int64),
-        np.zeros(form.m * form.nv),
-    )
+        addresses, *found[4], switch, rank, np.zeros(form.m * form.nv), np.zeros(form.m),
+        make_sizing(form, len(arrays.p)),
+    )  # fmt: skip
 
 
 class FrictionsInCode:
@@ -164,8 +159,7 @@ class FrictionsInCode:
         self._worked_out, self._handed = (free[0].p, held[0].p), None
         self._own, self._keep = self._make(free, held)
         self._keep += free[1], held[1]
-        sizing = make_sizing(system.closed, len(arrays.p))
-        given = free[0], held[0], self._own, sizing
+        given = free[0], held[0], self._own
         self._jumps = ()
         if arrays.jumps:
             forms = (system, free), (system.closed, held)
@@ -214,11 +208,8 @@ class FrictionsInCode:
         groups, largest = _groups(system, arrays.p)
         rows_at = np.array(list(closed.switched), dtype=np.int64)
         constraints = np.setdiff1d(np.arange(closed.m), rows_at)
-        m, everything = len(constraints), arrays.p.copy()
-        everything[list(closed.switched.values())] = 1.0
+        m = len(constraints)
         noise = plain_events.ROUND_OFF * (plain_events.ON_CONSTRAINTS if m else 1.0)
-        presses = np.array([-1 if stop is None else stop for stop, _ in normals_of(system)], dtype=np.int64)
-        context, weights, _ = held[4]  # what is let go of has no curve
         own = here.Frictions(
             addresses=addresses, free_block=free[1].block, held_block=held[1].block, result=np.zeros(1),
             actions=np.array([ACTIONS.get(kind, plain_events.BY_PYTHON) for kind in kinds], dtype=np.int64),
@@ -226,9 +217,9 @@ class FrictionsInCode:
             p=arrays.p, everything=arrays.p.copy(), held_p=held[0].p, closed=first + layout.closed,
             stuck=first + layout.stuck, sense=first + layout.sense, counts=counts,
             sums=np.array([0.0, np.nan, 0.0, noise]), intervals=np.zeros(plain_events.MOST_INTERVALS),
-            limits=np.array([free[2], held[2]]), groups=groups, largest=largest, context=context, weights=weights,
+            limits=np.array([free[2], held[2]]), groups=groups, largest=largest,
             steps=np.array(random_steps(nv)), places=quaternion_places(system), position=np.zeros(nq + nv),
-            rows=np.zeros(closed.m * nv), squares=np.zeros(closed.m), sizes=largest.copy(),
+            sizes=largest.copy(),
             log=np.zeros((_ROWS, plain_events.FIRST_STATE + 2 * (nq + nv) + 2 + 2 * n - n_stops)),
             lowest=np.full(n_stops, np.inf), before=np.zeros(nq + nv), moved=np.zeros(nq + nv), slope=np.zeros(nq + nv),
             row=np.zeros(system.n_row), held_row=np.zeros(closed.n_row),
@@ -241,8 +232,8 @@ class FrictionsInCode:
             mass=np.zeros(nv * nv), inertia=np.zeros(nv), response=np.zeros((n, nv)), compliance=np.zeros((n, n)),
             rates=np.zeros(nv), change=np.zeros(nv), free=np.zeros(n), part=np.zeros(n, dtype=np.int64),
             acting=np.zeros(n, dtype=np.int64), force=np.zeros(n), gram=np.zeros(n * n), right=np.zeros(n),
-            law=make_law(presses, n_stops, sequential=system.sequential_impacts),
-            of_free=_make_guard(system, free, arrays.p, arrays), of_held=_make_guard(closed, held, everything, arrays),
+            law=make_law(normals_of(system), n_stops, sequential=system.sequential_impacts),
+            of_free=_make_guard(system, free, arrays), of_held=_make_guard(closed, held, arrays),
         )  # fmt: skip
         return own, keep
 
@@ -261,7 +252,8 @@ class FrictionsInCode:
             self._bind()
         own, before, is_held = self._own, actions.energy_of_resets, actions.is_held
         self._write_inputs(is_held=is_held)
-        own.counts[plain_events.N_LOG], own.counts[here.IS_HELD] = 0, is_held
+        own.counts[plain_events.N_LOG] = own.counts[here.ASKS] = 0
+        own.counts[here.IS_HELD] = is_held
         known = what_is_known(actions)
         if not is_same(known, self._handed):
             hand_over_resets(actions, own)
@@ -276,6 +268,8 @@ class FrictionsInCode:
             self._handed = None
             self._adopt(self._system.closed if own.counts[here.IS_HELD] else self._system)
             self._take_over(actions, own.log[:n].copy(), before)
+        if own.counts[here.ASKS]:
+            arrays.tell_guard(actions.form)
         for jumps in self._jumps:
             actions.n_jumps += int(jumps.counts[plain_jumps.N_JUMPS])
         if self._jumps and any(jumps.counts[plain_jumps.IS_UNDECIDED] for jumps in self._jumps):

@@ -1,4 +1,4 @@
-"""What is held where frictions follow the forces of stops, in machine code: Coulomb's law at one instant.
+"""What is held where frictions follow reactions, in machine code: Coulomb's law at one instant.
 
 It is what `contact/switching.py` finds of impacts that rub, of what stays closed or sticks behind them, and in which
 direction the rest slides, by the complementarity problem of `contact/coulomb.py`. Left to Python: stops or frictions
@@ -13,6 +13,7 @@ import numpy as np
 
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.contact.local_dynamics import Normal, given
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.loop import copy
 from symgen.runtime.integrate.plain_events import DEPENDENT, LED, PLAINLY, SWITCHES, factor, sign
@@ -38,11 +39,12 @@ from symgen.runtime.integrate.plain_instant import (
     slow,
 )
 
-NEVER, SEQUENTIAL = range(2)  # in `flags`
+GIVEN, BY_CONSTRAINTS = -1, -2  # in `presses`
 AT_REST = 1e-6  # as in `contact/switching.py`: of what a sliding speed changes by in a step
 NO_GAIN, HALVINGS = 1e-12, 40
 MOST_BLOWS, MOST_STOPS = 200, 4  # of one instant; of those in touch, sets of which are looked at
-PIVOTED, PIVOTS = 1e-12, 50  # as in `contact/coulomb.py`: of the largest number, and for each row
+MOST_PASSES, CONVERGED = 50, 1e-13  # as in `contact/coulomb.py`, and what follows
+PIVOTED, PIVOTS = 1e-12, 50  # of the largest number, and for each row
 REGULAR, NO_MINOR = 1e-9, 1e-10
 
 
@@ -52,26 +54,32 @@ class Coulomb(NamedTuple):
     Attributes
     ----------
     presses : ndarray of int64, shape (k,)
-        Which stop presses each friction; -1 where its level is given.
-    flags : ndarray of int64, shape (2,)
-        SEQUENTIAL: stops that touch are struck one after another.
+        Which stop presses each friction; GIVEN, or BY_CONSTRAINTS.
+    first, pressing : ndarray of int64, shapes (k + 1,), (any,)
+        Where the constraints that press each friction begin, and which these are.
+    flags : ndarray of int64, shape (1,)
+        Whether stops that touch are struck one after another.
     touching, dead, rises : ndarray of int64, shape (s,)
         Stops that may stay closed, those whose restitution does not count, and those that stay closed behind a rebound.
     slow, waits, still, sticks : ndarray of int64, shape (k,)
         Frictions that may stick as far as events tell, those that may stick, those that may still, and that do.
-    fixed, coefficient, most, shift, onset, speed : ndarray, shape (k,)
-        Levels that are given, and in proportion to a normal force; levels; the direction of sliding in the law; in
-        which direction sliding begins; sliding speeds before an impact.
+    fixed, coefficient, most, constant, shift, onset, speed : ndarray, shape (k,)
+        Levels that are given, and in proportion to a normal force; levels, and what of them does not follow forces; the
+        direction of sliding in the law; in which direction sliding begins; sliding speeds before an impact.
+    slope : ndarray, shape (k * n,)
+        By what forces change the levels.
     restitution, opening : ndarray, shape (s,)
-    force, total, now, free : ndarray, shape (n,)
-        Scratch: forces of now while a moment later is looked at; impulses; rates of gaps and slidings behind these, and
-        what the law has in place of accelerations.
+    force, total, now, free, before : ndarray, shape (n,)
+        Scratch: forces of now while a moment later is looked at; impulses; rates of gaps and slidings behind these;
+        what the law has in place of accelerations; the forces of the last pass.
     places, part : ndarray of int64, shapes (n,), (N,)
-    by_z, matrix, right, z, tableau, basis : ndarray
-        Of the complementarity problem: shapes (n * n,), (N * N,), (N,), (N,), (N * (2 N + 2),), and of int64 (N,).
+    inverse, by_z, matrix, right, z, tableau, basis : ndarray
+        Of the complementarity problem: shapes (n * n,) twice, (N * N,), (N,), (N,), (N * (2 N + 2),), int64 (N,).
     """
 
     presses: np.ndarray
+    first: np.ndarray
+    pressing: np.ndarray
     flags: np.ndarray
     touching: np.ndarray
     dead: np.ndarray
@@ -83,17 +91,21 @@ class Coulomb(NamedTuple):
     fixed: np.ndarray
     coefficient: np.ndarray
     most: np.ndarray
+    constant: np.ndarray
     shift: np.ndarray
     onset: np.ndarray
     speed: np.ndarray
+    slope: np.ndarray
     restitution: np.ndarray
     opening: np.ndarray
     force: np.ndarray
     total: np.ndarray
     now: np.ndarray
     free: np.ndarray
+    before: np.ndarray
     places: np.ndarray
     part: np.ndarray
+    inverse: np.ndarray
     by_z: np.ndarray
     matrix: np.ndarray
     right: np.ndarray
@@ -102,23 +114,36 @@ class Coulomb(NamedTuple):
     basis: np.ndarray
 
 
-def make_law(presses: np.ndarray, n_stops: int, *, sequential: bool) -> Coulomb:
-    """Return the arrays for frictions that stops press; none where all levels are given."""
-    k = len(presses) if (presses >= 0).any() else 0
-    s = n_stops if k else 0
+def make_law(normals: list[Normal], n_stops: int, *, sequential: bool) -> Coulomb:
+    """Return the arrays for frictions that follow reactions; none where all levels are given."""
+    if all(given(normal) for normal in normals):
+        normals, n_stops = [], 0
+    presses = [
+        GIVEN if given((stop, rows)) else BY_CONSTRAINTS if stop is None else stop for stop, rows in normals
+    ]
+    first = np.cumsum([0, *(len(rows) for _, rows in normals)])
+    pressing = np.concatenate([np.zeros(0, dtype=np.int64), *(rows for _, rows in normals)])
+    s, k = n_stops, len(normals)
     n, size = s + k, s + 2 * k
-    integers = (np.zeros(length, dtype=np.int64) for length in (s, s, s, k, k, k, k))
-    numbers = (np.zeros(length) for length in (k, k, k, k, k, k, s, s, n, n, n, n))
+
+    def integers(length: int) -> np.ndarray:
+        return np.zeros(length, dtype=np.int64)
+
     return Coulomb(
-        presses[:k].astype(np.int64), np.array([0, sequential], dtype=np.int64), *integers, *numbers,
-        np.zeros(n, dtype=np.int64), np.zeros(size, dtype=np.int64), np.zeros(n * n), np.zeros(size * size),
-        np.zeros(size), np.zeros(size), np.zeros(size * (2 * size + 2)), np.zeros(size, dtype=np.int64),
+        presses=np.array(presses, dtype=np.int64), first=first.astype(np.int64), pressing=pressing.astype(np.int64),
+        flags=np.array([sequential], dtype=np.int64), touching=integers(s), dead=integers(s), rises=integers(s),
+        slow=integers(k), waits=integers(k), still=integers(k), sticks=integers(k), fixed=np.zeros(k),
+        coefficient=np.zeros(k), most=np.zeros(k), constant=np.zeros(k), shift=np.zeros(k), onset=np.zeros(k),
+        speed=np.zeros(k), slope=np.zeros(k * n), restitution=np.zeros(s), opening=np.zeros(s), force=np.zeros(n),
+        total=np.zeros(n), now=np.zeros(n), free=np.zeros(n), before=np.zeros(n), places=integers(n),
+        part=integers(size), inverse=np.zeros(n * n), by_z=np.zeros(n * n), matrix=np.zeros(size * size),
+        right=np.zeros(size), z=np.zeros(size), tableau=np.zeros(size * (2 * size + 2)), basis=integers(size),
     )  # fmt: skip
 
 
 @jitted
 def follows_reactions(own):
-    """Whether some friction follows the force of a stop."""
+    """Whether some friction follows a reaction."""
     return own.law.presses.shape[0] > 0
 
 
@@ -172,7 +197,7 @@ def came_to_rest(k, loop, own):
     """Whether a friction whose event has fired is at rest: one that follows a reaction may have come to a paradox."""
     row = own.closed.shape[0] + k
     last = AT_REST * abs(own.free[row]) * loop.control[at.H_LAST]
-    return own.law.presses[k] < 0 or abs(own.speeds[row]) <= max(slow(row, loop, own), last)
+    return own.law.presses[k] == GIVEN or abs(own.speeds[row]) <= max(slow(row, loop, own), last)
 
 
 @jitted
@@ -240,7 +265,7 @@ def impulses(loop, own):
                 fastest, closing = s, -law.now[s]
         if closing <= slowest:
             return True
-        if not blow(fastest if law.flags[SEQUENTIAL] else -1, own):
+        if not blow(fastest if law.flags[0] else -1, own):
             return False
         for row in range(n):
             law.total[row] += own.force[row]
@@ -262,7 +287,7 @@ def blow(only, own):
             n_struck, struck = n_struck + 1, s
     for k in range(law.presses.shape[0]):
         stop = law.presses[k]
-        rubbing = stop >= 0 and own.acting[stop] == BALANCES
+        rubbing = stop == BY_CONSTRAINTS or (stop >= 0 and own.acting[stop] == BALANCES)
         own.acting[n_stops + k] = BALANCES if rubbing else NO_PART
         law.fixed[k] = 0.0
         law.coefficient[k] = max(own.switches[2 * n_stops + 3 * k + 1], 0.0) if rubbing else 0.0
@@ -297,7 +322,7 @@ def with_restitution(part, own):
     for row in range(own.force.shape[0]):
         more = part * law.restitution[row] if row < law.restitution.shape[0] else 0.0
         law.free[row] = law.now[row] * (1.0 + more)
-    return find_law(own)
+    return find_law(0.0, own)
 
 
 @jitted
@@ -343,7 +368,7 @@ def find_levels(t, y, loop, own):
     call_kernel(own.addresses[SWITCHES], t, y, loop.p, own.switches)
     for k in range(law.presses.shape[0]):
         level = max(own.switches[2 * n_stops + 3 * k + (2 if law.still[k] else 1)], 0.0)
-        is_given = law.presses[k] < 0
+        is_given = law.presses[k] == GIVEN
         law.fixed[k], law.coefficient[k] = (level, 0.0) if is_given else (0.0, level)
 
 
@@ -391,7 +416,10 @@ def find_acting_law(own):
         slides_by = own.p[own.sense[k]] if law.coefficient[k] > 0.0 else 0.0
         law.shift[k] = 1.0 if own.acting[n_stops + k] == BALANCES else slides_by
     copy(own.free, law.free)
-    return find_law(own)
+    if not find_law(1.0, own):
+        return False
+    find_most(own)
+    return True
 
 
 @jitted
@@ -540,6 +568,9 @@ def is_one_motion(loop, own):
         slides |= by != 0.0
     if not slides:
         return True
+    find_slopes(1.0, own)
+    if not constraints_answer(own) or not invert_slopes(own):
+        return False
     for s in range(n_stops):
         if law.touching[s] and own.speeds[s] <= slow(s, loop, own):
             law.places[n_touching] = s
@@ -552,16 +583,42 @@ def is_one_motion(loop, own):
         for index in range(n_touching):
             if subset >> index & 1:
                 own.acting[law.places[index]] = BALANCES
-        without = minor(0.0, own)
-        if without > NO_MINOR and not minor(1.0, own) > REGULAR * without:
+        without = minor(False, own)
+        if without > NO_MINOR and not minor(True, own) > REGULAR * without:
             return False
     return True
 
 
 @jitted
-def minor(part, own):
-    """Return the determinant of the compliance of what acts, scaled, with a part of the frictions that follow stops."""
-    n, n_stops, law, m = own.acting.shape[0], own.closed.shape[0], own.law, 0
+def constraints_answer(own):
+    """Whether the reactions that frictions follow answer to them with less than these: `coulomb._check_answers`.
+
+    The largest sum of a row, or of a column, bounds the eigenvalues; where it does not tell, it is not known.
+    """
+    n, n_stops, law, by_rows, by_columns = own.force.shape[0], own.closed.shape[0], own.law, 0.0, 0.0
+    for j in range(law.presses.shape[0]):
+        row = column = 0.0
+        for i in range(law.presses.shape[0]):
+            row += answer(j, i, n, n_stops, own)
+            column += answer(i, j, n, n_stops, own)
+        by_rows, by_columns = max(by_rows, row), max(by_columns, column)
+    return min(by_rows, by_columns) < 1.0 - REGULAR
+
+
+@jitted
+def answer(j, i, n, n_stops, own):
+    """Return by how much at most the level of a friction changes with the force of another one that slides."""
+    law, square = own.law, 0.0
+    for c in range(law.first[j], law.first[j + 1]):
+        change = own.reactions[law.pressing[c] * (n + 1) + 1 + n_stops + i] * law.shift[i]
+        square += change * change
+    return law.coefficient[j] * math.sqrt(square)
+
+
+@jitted
+def minor(with_friction, own):
+    """Return the determinant of the compliance of what acts, scaled, with what slides or without."""
+    n, law, m = own.acting.shape[0], own.law, 0
     for row in range(n):
         m += 1 if own.acting[row] == BALANCES else 0
     i = 0
@@ -573,9 +630,10 @@ def minor(part, own):
             if own.acting[other] != BALANCES:
                 continue
             entry = own.compliance[row, other]
-            for k in range(law.presses.shape[0]):
-                if other < n_stops and law.presses[k] == other:
-                    entry -= part * law.shift[k] * law.coefficient[k] * own.compliance[row, n_stops + k]
+            if with_friction:
+                entry = 0.0
+                for k in range(n):
+                    entry += own.compliance[row, k] * law.inverse[k * n + other]
             scale = max(own.compliance[row, row], 1e-300) * max(own.compliance[other, other], 1e-300)
             law.matrix[i * m + j] = entry / math.sqrt(scale)
             j += 1
@@ -608,20 +666,128 @@ def determinant(m, matrix):
 
 
 @jitted
-def find_most(own):
-    """Write how large frictions can be under the forces found."""
-    law = own.law
+def find_slopes(driven, own):
+    """Write how levels follow forces, about those found so far: `Levels.linear`.
+
+    Parameters
+    ----------
+    driven : float
+        1, or 0 for impulses, which nothing but they cause.
+    """
+    n, law = own.force.shape[0], own.law
     for k in range(law.presses.shape[0]):
-        stop = law.presses[k]
-        law.most[k] = law.fixed[k] + (law.coefficient[k] * own.force[stop] if stop >= 0 else 0.0)
+        slope, stop, size = law.slope[k * n : (k + 1) * n], law.presses[k], 0.0
+        law.constant[k] = law.fixed[k]
+        for j in range(n):
+            slope[j] = law.coefficient[k] if j == stop else 0.0
+        for c in range(law.first[k], law.first[k + 1]):
+            size += reaction(law.pressing[c], driven, own) ** 2
+        size = math.sqrt(size)
+        if not size > 0.0:
+            continue
+        law.constant[k] += law.coefficient[k] * size
+        for c in range(law.first[k], law.first[k + 1]):
+            part = law.coefficient[k] * reaction(law.pressing[c], driven, own) / size
+            for j in range(n):
+                slope[j] += part * own.reactions[law.pressing[c] * (n + 1) + 1 + j]
+        for j in range(n):
+            law.constant[k] -= slope[j] * own.force[j]
 
 
 @jitted
-def find_law(own):
+def reaction(c, driven, own):
+    """Return the multiplier of a constraint under the forces found so far."""
+    n = own.force.shape[0]
+    total = driven * own.reactions[c * (n + 1)]
+    for j in range(n):
+        total += own.reactions[c * (n + 1) + 1 + j] * own.force[j]
+    return total
+
+
+@jitted
+def find_most(own):
+    """Write how large frictions can be under the forces found."""
+    find_slopes(1.0, own)
+    write_most(own)
+
+
+@jitted
+def write_most(own):
+    """Write levels as they follow forces."""
+    n, law = own.force.shape[0], own.law
+    for k in range(law.presses.shape[0]):
+        law.most[k] = law.constant[k]
+        for j in range(n):
+            law.most[k] += law.slope[k * n + j] * own.force[j]
+
+
+@jitted
+def invert_slopes(own):
+    """Write the inverse of 1 + E S C to `inverse`, of the directions S of sliding and the slopes C of levels."""
+    n, n_stops, law = own.force.shape[0], own.closed.shape[0], own.law
+    for i in range(n):
+        for j in range(n):
+            law.inverse[i * n + j] = 1.0 if i == j else 0.0
+            law.by_z[i * n + j] = law.inverse[i * n + j]
+            if i >= n_stops:
+                law.by_z[i * n + j] += law.shift[i - n_stops] * law.slope[(i - n_stops) * n + j]
+    for j in range(n):
+        best = j
+        for i in range(j + 1, n):
+            if abs(law.by_z[i * n + j]) > abs(law.by_z[best * n + j]):
+                best = i
+        pivot = law.by_z[best * n + j]
+        if not abs(pivot) > 0.0:
+            return False
+        take_pivot(best, j, pivot, n, law.by_z)
+        take_pivot(best, j, pivot, n, law.inverse)
+        for i in range(n):
+            part = law.by_z[i * n + j]
+            if i != j and part != 0.0:
+                for k in range(n):
+                    law.by_z[i * n + k] -= part * law.by_z[j * n + k]
+                    law.inverse[i * n + k] -= part * law.inverse[j * n + k]
+    return True
+
+
+@jitted
+def take_pivot(best, j, pivot, n, matrix):
+    """Let two rows of a matrix change their places, and divide the one that is in its place then."""
+    for k in range(n):
+        entry = matrix[best * n + k] / pivot
+        matrix[best * n + k] = matrix[j * n + k]
+        matrix[j * n + k] = entry
+
+
+@jitted
+def find_law(driven, own):
     """Write the forces (or impulses) of what acts by Coulomb's law to `force`, levels to `most`; whether there are any.
 
-    As `coulomb._linear_forces`: with the forces z of stops, and z = x + L of frictions x in the limits of L that may
-    stick, it is a complementarity problem; those that slide follow the stops.
+    Levels that follow multipliers are linearised about the last forces: `coulomb.coulomb_forces`.
+    """
+    law = own.law
+    for row in range(own.force.shape[0]):
+        own.force[row] = 0.0
+    for _ in range(MOST_PASSES):
+        find_slopes(driven, own)
+        copy(own.force, law.before)
+        if not invert_slopes(own) or not find_linear_forces(own):
+            return False
+        largest = change = 0.0
+        for row in range(own.force.shape[0]):
+            largest = max(largest, abs(own.force[row]))
+            change = max(change, abs(own.force[row] - law.before[row]))
+        if law.pressing.shape[0] == 0 or change <= CONVERGED * largest:
+            return True
+    return False
+
+
+@jitted
+def find_linear_forces(own):
+    """Write the forces with levels that follow these linearly, and the levels: `coulomb._linear_forces`.
+
+    With the forces z of stops, and z = x + L of frictions x in the limits of L that may stick, it is a complementarity
+    problem; frictions that slide follow these. Returns whether it has a solution.
     """
     n, n_stops, law, n_z, n_y = own.acting.shape[0], own.closed.shape[0], own.law, 0, 0
     for row in range(n):
@@ -631,13 +797,11 @@ def find_law(own):
             n_y += 1 if row >= n_stops else 0
     size = n_z + n_y
     for row in range(n):
-        own.force[row] = -law.shift[row - n_stops] * law.fixed[row - n_stops] if row >= n_stops else 0.0
+        own.force[row] = 0.0
+        for k in range(law.presses.shape[0]):
+            own.force[row] -= law.inverse[row * n + n_stops + k] * law.shift[k] * law.constant[k]
         for column in range(n_z):
-            law.by_z[row * n + column] = 1.0 if law.places[column] == row else 0.0
-    for k in range(law.presses.shape[0]):
-        for column in range(n_z):
-            if law.presses[k] == law.places[column]:
-                law.by_z[(n_stops + k) * n + column] -= law.shift[k] * law.coefficient[k]
+            law.by_z[row * n + column] = law.inverse[row * n + law.places[column]]
     for i in range(size * size):
         law.matrix[i] = 0.0
     y = n_z
@@ -650,11 +814,12 @@ def find_law(own):
                 law.matrix[i * size + column] += own.compliance[row, other] * law.by_z[other * n + column]
         if row >= n_stops:
             k = row - n_stops
-            law.matrix[i * size + y] = 1.0
-            law.right[y] = 2.0 * law.fixed[k]
-            for column in range(n_z):
-                if law.presses[k] == law.places[column]:
-                    law.matrix[y * size + column] = 2.0 * law.coefficient[k]
+            law.matrix[i * size + y], law.right[y] = 1.0, 2.0 * law.constant[k]
+            for other in range(n):
+                slope = 2.0 * law.slope[k * n + other]
+                law.right[y] += slope * own.force[other]
+                for column in range(n_z):
+                    law.matrix[y * size + column] += slope * law.by_z[other * n + column]
             law.matrix[y * size + i] -= 1.0
             y += 1
     if not solve_by_parts(size, law):
@@ -662,7 +827,7 @@ def find_law(own):
     for row in range(n):
         for column in range(n_z):
             own.force[row] += law.by_z[row * n + column] * law.z[column]
-    find_most(own)
+    write_most(own)
     y = n_z
     for i in range(n_z):
         row = law.places[i]

@@ -34,7 +34,6 @@ from symgen.runtime.integrate.plain_events import (
     RECORDS,
     RESET_ENERGY,
     RESETS,
-    RESIDUAL,
     ROUND_OFF,
     TIME,
     ZENO,
@@ -58,11 +57,11 @@ from symgen.runtime.integrate.plain_holding import (
     strike,
 )
 from symgen.runtime.integrate.plain_instant import (
+    ASKS,
     FIRST_RESET,
     HELD_ADVANCE,
     HELD_SETUP,
     IS_HELD,
-    ROWS,
     SETUP,
     are_open,
     find_events,
@@ -85,14 +84,13 @@ ANGLE = -1  # in `groups`: a coordinate whose size is 1
 
 
 @jitted
-def advance_over_frictions(free, held, own, sizing):
+def advance_over_frictions(free, held, own):
     """Call the step loop of the form that applies, and act on frictions, until something is for Python to do.
 
     Parameters
     ----------
     free, held : Loop
     own : Frictions
-    sizing : Sizing
 
     Returns
     -------
@@ -109,8 +107,8 @@ def advance_over_frictions(free, held, own, sizing):
             return status
         if done == PILES_UP:
             return ZENO
-        go_on(done, free, held, own, sizing)
-        if not has_room(last, free) or own.counts[N_LOG] >= own.log.shape[0]:
+        go_on(done, free, held, own)
+        if not has_room(last, free) or own.counts[N_LOG] >= own.log.shape[0] or own.counts[ASKS]:
             return at.RUNNING
 
 
@@ -125,25 +123,21 @@ def call_loop(own):
 
 
 @jitted
-def go_on(done, free, held, own, sizing):
+def go_on(done, free, held, own):
     """Let the loop of the form that applies go on from an event."""
     if done != GOES_ON_AS_IT_WAS:
         restart(free, own)
     if done == OTHER_SETTINGS:
         if own.counts[IS_HELD]:
             take_form(held, 1, own)
-            if own.of_held.expected.shape[0]:
-                expect_again(held, own.of_held, own)
-            else:
-                expect(held, own, sizing)
+            expect(held, own.of_held, own)
         else:
             take_form(free, 0, own)
-            if own.of_free.expected.shape[0]:
-                expect_again(free, own.of_free, own)
+            expect(free, own.of_free, own)
 
 
 @jitted
-def advance_over_frictions_and_jumps(free, held, own, sizing, of_free, of_held):
+def advance_over_frictions_and_jumps(free, held, own, of_free, of_held):
     """Do the same beside jumps of forces.
 
     Parameters
@@ -182,10 +176,10 @@ def advance_over_frictions_and_jumps(free, held, own, sizing, of_free, of_held):
                 return ZENO
             if done == GOES_ON_AS_IT_WAS:
                 of_free.counts[IS_UNDECIDED] = of_held.counts[IS_UNDECIDED] = 0
-            go_on(done, free, held, own, sizing)
+            go_on(done, free, held, own)
             if of_free.counts[IS_UNDECIDED]:
                 return at.RUNNING
-        if not has_room(last, free) or own.counts[N_LOG] >= own.log.shape[0]:
+        if not has_room(last, free) or own.counts[N_LOG] >= own.log.shape[0] or own.counts[ASKS]:
             return at.RUNNING
 
 
@@ -500,71 +494,37 @@ def take_form(loop, form, own):
 
 
 @jitted
-def expect(loop, own, sizing):
-    """Tell the guard how large rows of G are near here: `kkt.Lease.expect`."""
-    nq, nv, n_stops, n = loop.sizes[at.NQ], loop.sizes[at.NV], own.closed.shape[0], own.speeds.shape[0]
+def expect(loop, guard, own):
+    """Tell the guard of a form how large rows of G are near here: `kkt.Lease.expect`; Python, near a singular place."""
+    nq, nv, n = loop.sizes[at.NQ], loop.sizes[at.NV], guard.switch.shape[0]
+    if n == 0:
+        return
     copy(own.largest, own.sizes)
     for j in range(nv):
         if own.groups[j] != ANGLE:
             own.sizes[own.groups[j]] = max(own.sizes[own.groups[j]], abs(loop.y[j]))
-    of_rates = own.weights[n * nv + n :]
+    of_rates = guard.weights[n * nv + n :]
     for j in range(nv):
         size = 1.0 if own.groups[j] == ANGLE else own.sizes[own.groups[j]]
         of_rates[j] = size if size > 0.0 else 1.0
-    fit_sizes(own.addresses[RESIDUAL], loop.control[at.T], loop.y[:nq], own.p, of_rates, sizing)
+    fit_sizes(guard.addresses[0], loop.control[at.T], loop.y[:nq], own.p, of_rates, guard.sizing)
     fill_row_weights(
-        own.addresses[ROWS], loop.control[at.T], loop.y[:nq], loop.p, own.steps, own.places, own.position, own.rows,
-        own.weights, own.squares,
+        guard.addresses[1], loop.control[at.T], loop.y[:nq], loop.p, own.steps, own.places, own.position, guard.rows,
+        guard.weights, guard.squares,
     )  # fmt: skip
     smallest, scale = math.inf, math.inf
-    for i in range(n):  # off, its row of zeros says nothing
-        on = own.p[own.closed[i]] if i < n_stops else own.p[own.stuck[i - n_stops]]
-        smallest = min(smallest, own.squares[i] + (1.0 - on))
-        scale = min(scale, own.weights[n * nv + i])
-    own.context[USUAL_RANK] = own.context[ILL_CONDITIONED] = 0
-    own.context[NEAR_SINGULAR] = 1 if smallest < NEAR_LIMIT else 0
-    set_projection(1.0 / scale, loop)
-
-
-@jitted
-def expect_again(loop, guard, own):
-    """Tell the guard of a form of a model with constraints what was to be expected where it was looked at first.
-
-    How large rows get is asked for where a run begins, however far it goes; near a singular place it is not there.
-    """
-    n, m = own.speeds.shape[0], own.constraints.shape[0]
-    nv = loop.sizes[at.NV]
-    n_rows = guard.rows.shape[0] // nv
-    copy(guard.expected, guard.weights)
-    for j in range(guard.curve.shape[0]):
-        guard.curve[j] = 0.0
-    call_kernel(guard.address[0], loop.control[at.T], loop.y, loop.p, guard.rows)
-    smallest, scale = math.inf, math.inf
-    for c in range(m):
-        row = own.constraints[c] if n_rows > m else c
-        smallest = min(smallest, weighted_square(row, nv, guard))
-    if n_rows > m:
-        for i in range(n):
-            if is_held(i, own):  # off, its row of zeros says nothing
-                smallest = min(smallest, weighted_square(own.rows_at[i], nv, guard))
-    for row in range(n_rows):
-        scale = min(scale, guard.weights[n_rows * nv + row])
+    for i in range(n):
+        if guard.switch[i] < 0:
+            if not guard.squares[i] >= NEAR_LIMIT:
+                own.counts[ASKS] = 1
+            smallest = min(smallest, guard.squares[i])
+        else:  # off, its row of zeros says nothing
+            smallest = min(smallest, guard.squares[i] + (1.0 - own.p[guard.switch[i]]))
+        scale = min(scale, guard.weights[n * nv + i])
     guard.context[USUAL_RANK], guard.context[ILL_CONDITIONED] = guard.rank[0], 0
     guard.context[NEAR_SINGULAR] = 1 if smallest < NEAR_LIMIT else 0
-    set_projection(1.0 / scale, loop)
-
-
-@jitted
-def weighted_square(row, nv, guard):
-    """Return the square of the size of a row, in parts of what it is where it is largest."""
-    total = 0.0
-    for j in range(nv):
-        total += guard.rows[row * nv + j] * guard.rows[row * nv + j] * guard.weights[row * nv + j]
-    return total
-
-
-@jitted
-def set_projection(size, loop):
-    """Set how far constraints may be off, one of which changes by `size`: `LoopArrays._prepare_guard`."""
+    for j in range(guard.curve.shape[0]):
+        guard.curve[j] = 0.0
+    size = 1.0 / scale
     usual = LEAST_USUAL <= size and size <= MOST_USUAL
     loop.control[at.PROJECTION_TOL] = RESIDUAL_LEFT * (1.0 if usual else size * size)

@@ -36,8 +36,9 @@ from symgen.runtime.integrate.plain_events import (
 # Addresses: those of the free form where `plain_events` has them; rows and rates of what is held take `p` itself, all
 # others what is worked out of it. SETUP: what works that out. Resets, in the order of the events, follow.
 SETUP, HELD_ADVANCE, HELD_EVENTS, HELD_RHS, HELD_SETUP, ROWS, FIRST_RESET = range(GAMMA + 1, GAMMA + 8)
-IS_HELD = MAY_JUMP + 1  # in `counts`, behind those of `plain_events`
-STRUCK_IN_TURN = IS_HELD + 1  # the same: blows are those of one stop after another
+# In `counts`, behind those of `plain_events`. ASKS: Python is to tell the guard what to expect. STRUCK_IN_TURN: blows
+# are those of one stop after another.
+IS_HELD, ASKS, STRUCK_IN_TURN = range(MAY_JUMP + 1, MAY_JUMP + 4)
 N_COUNTS = STRUCK_IN_TURN + 1
 # Speeds of gaps that close no faster are at rest, as in `contact/switching.py`.
 SETTLED, NO_SPEED = 1e-12, 1e-15
@@ -47,27 +48,31 @@ CHANGES = 1e-11  # as in `contact/switching.py`: of the largest acceleration, in
 
 
 class Guard(NamedTuple):
-    """The guard of a form with constraints, and what it is to expect of them (`kkt.Expectation`).
+    """The guard of a form with constraints, and what it is told with; empty arrays of a form that has none.
 
     Attributes
     ----------
-    address : ndarray of uint64, shape (1,)
-        Of the kernel of G, which takes what is worked out of `p`.
+    addresses : ndarray of uint64, shape (2,)
+        Of the residual of constraints, and of G, which takes what is worked out of `p`.
     context, weights, curve : ndarray
         See `kkt.Lease.arrays`.
-    expected : ndarray
-        The weights; none where the model has no constraints of its own.
+    switch : ndarray of int64, shape (number of constraints,)
+        Where in `p` it says that one holds; -1 for those of the model, which always hold.
     rank : ndarray of int64, shape (1,)
-    rows : ndarray, shape (rows of G * nv,)
+        `kkt.Expectation.rank` where the run was when these arrays were made.
+    rows, squares : ndarray, shapes (number of constraints * nv,), (number of constraints,)
+    sizing : Sizing
     """
 
-    address: np.ndarray
+    addresses: np.ndarray
     context: np.ndarray
     weights: np.ndarray
     curve: np.ndarray
-    expected: np.ndarray
+    switch: np.ndarray
     rank: np.ndarray
     rows: np.ndarray
+    squares: np.ndarray
+    sizing: NamedTuple
 
 
 class Frictions(NamedTuple):
@@ -92,9 +97,9 @@ class Frictions(NamedTuple):
         H_BASE and H_SHARE, by form.
     groups, largest : ndarray of int64, shape (nv,), and of float64
         Which coordinates have one unit, and the largest parameter with it.
-    context, weights, steps, places : ndarray
-        Of the guard of the held form, and what its weights are found with.
-    position, rows, squares, sizes : ndarray, shapes (nq + nv,), (n * nv,), (n,), (number of groups,)
+    steps, places : ndarray
+        What weights of guards are found with.
+    position, sizes : ndarray, shapes (nq + nv,), (number of groups,)
     lowest : ndarray, shape (s,)
         The least gap of each stop at the ends of steps.
     log : ndarray, shape (rows, FIRST_STATE + 2 (nq + nv) + 1 + 1 + 2 k + s)
@@ -124,7 +129,6 @@ class Frictions(NamedTuple):
     law : plain_coulomb.Coulomb
         What frictions that follow reactions take.
     of_free, of_held : Guard
-        Of models with constraints: what the guards of both forms are told.
     """
 
     addresses: np.ndarray
@@ -145,13 +149,9 @@ class Frictions(NamedTuple):
     limits: np.ndarray
     groups: np.ndarray
     largest: np.ndarray
-    context: np.ndarray
-    weights: np.ndarray
     steps: np.ndarray
     places: np.ndarray
     position: np.ndarray
-    rows: np.ndarray
-    squares: np.ndarray
     sizes: np.ndarray
     lowest: np.ndarray
     log: np.ndarray

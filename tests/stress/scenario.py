@@ -19,7 +19,7 @@ MODULES = (
     "error_growth", "sizes", "jumped_over", "hostile", "messages", "plates", "ensembles", "saturated", "weak_friction",
     "company", "hostile_stores", "at_once", "elements", "kinks", "curves", "drifts", "wound",
     "noises", "tyres", "lagrangians", "turning_springs", "mixtures", "rescaled", "controlled", "rollers",
-    "loaded_boxes",
+    "loaded_boxes", "pressed",
 )  # fmt: skip
 
 
