@@ -6,9 +6,9 @@ compiled right-hand side.
 
 Then that of changes of stick and slip, of impacts beside friction, and of forces that jump or have a kink, each with
 the motion up to it: by how much a run takes longer that has more of them. Impacts, resets and jumps beside an input of
-two pieces a second are among them, and those of a stop that stays closed for a while, and of a constrained model. Last,
-what each further piece of an input costs beside such events, with its step; at the ends of pieces that are held, forces
-jump.
+two pieces a second are among them, and those of a stop that stays closed for a while, of a constrained model, of two
+stops at one instant, and of blows on a bar that rests on its other end. Last, what each further piece of an input costs
+beside such events, with its step; at the ends of pieces that are held, forces jump.
 """
 
 from __future__ import annotations
@@ -93,6 +93,35 @@ length = "x^2 + y^2 - 1"
 gap = "x + 0.1"
 restitution = 1
 """
+_ON_BOTH_ENDS = """
+[coordinates]
+y = { start = 1.0 }
+a = {}
+[energy]
+kinetic = "dot(y)^2/2 + 0.15*dot(a)^2"
+potential = "9.81*y"
+[stops.left]
+gap = "y - 0.5*a"
+restitution = 1
+[stops.right]
+gap = "y + 0.5*a"
+restitution = 1
+"""
+_LIFTED = """
+[coordinates]
+y = { start = 0.02 }
+a = { start = 0.04 }
+[energy]
+kinetic = "dot(y)^2/2 + 0.03*dot(a)^2"
+potential = "9.81*y"
+[forces]
+y = "3 + 4*cos(8*t)"
+a = "0.5*(3 + 4*cos(8*t))"
+[stops.left]
+gap = "y - 0.5*a"
+[stops.right]
+gap = "y + 0.5*a"
+"""
 _SWITCHED = {  # and where a force goes over to another branch
     "stick and slip": (None, 0.0),
     "impact beside friction": (_BESIDE_FRICTION, 0.0),
@@ -104,6 +133,13 @@ _SWITCHED = {  # and where a force goes over to another branch
     "jump, input": (_OSCILLATOR.replace("FORCE", "u - sign(x)/2") + _INPUT, 0.0),
     "stop that stays closed": (_RESTING, 0.0),
     "impact, constrained": (_ON_A_CIRCLE, 0.0),
+    "reset, constrained": (
+        _ON_A_CIRCLE[: _ON_A_CIRCLE.index("[stops")]
+        + '[events.wall]\nwhen = "x + 0.1"\ndirection = "falling"\nthen = { reset = { "dot(x)" = "-dot(x)" } }\n',
+        0.0,
+    ),
+    "two impacts at an instant": (_ON_BOTH_ENDS, 0.0),
+    "blow shared by what rests": (_LIFTED, 0.0),
 }
 _BESIDE_PIECES = ("impact, input", "reset, input", "jump, input")
 _BESIDE_JUMPS = {"stop": "", "stop and friction": '[friction.rub]\ncoordinate = "x"\nforce = 0.05\n'}

@@ -51,6 +51,7 @@ class Run(RunState):
         super().__init__(*arguments, **options)
         if self.timetable is not None:
             self.arrays.limit_longest(self.timetable.longest(self.arrays.t))
+        self._tries_both_forms = True
         self._in_code = self._acts_in_code()
 
     def _acts_in_code(self) -> Any:
@@ -60,8 +61,8 @@ class Run(RunState):
         given = self.system, self.method, self.arrays
         if (
             events_in_code.has_plain_events(self.system)
-            or events_in_code.has_impacts_beside_constraints(self.system, self.arrays)
-            or events_in_code.has_records_on_constraints(self.system)
+            or events_in_code.has_impacts_beside_constraints(self.system)
+            or events_in_code.has_own_events_on_constraints(self.system)
         ):
             return events_in_code.EventsInCode(*given)
         if jumps_in_code.has_events_beside_jumps(self.system, self.arrays):
@@ -73,11 +74,16 @@ class Run(RunState):
         return None
 
     def _act_in_both_forms(self) -> None:
-        """Let machine code close and open stops as well, once some have stayed closed."""
-        given = self.system, self.method, self.arrays
-        if self._in_code is None or self._in_code.in_both_forms or len(self.forms) <= _FEW_FORMS:
+        """Let machine code close and open stops as well, once some have stayed closed, or others were struck then."""
+        given, n_events = (self.system, self.method, self.arrays), len(self.forms)
+        if self.actions.is_held:
+            n_events = max(n_events, len(self.actions.log))
+        if self._in_code is None or self._in_code.in_both_forms:
             return
-        if frictions_in_code.has_plain_frictions(*given):
+        if n_events <= _FEW_FORMS or not self._tries_both_forms:
+            return
+        self._tries_both_forms = frictions_in_code.has_plain_frictions(*given)
+        if self._tries_both_forms:
             self._in_code = frictions_in_code.FrictionsInCode(*given, self.inputs)
 
     def go(self) -> None:
@@ -252,7 +258,7 @@ class Run(RunState):
         )
         self.arrays.change_method(self.actions.form, self.method)
         self.arrays.limit_steps(self.method, held=self.actions.is_held)
-        self._in_code = self._acts_in_code()
+        self._in_code, self._tries_both_forms = self._acts_in_code(), True
 
     def _allowed(self, n_steps: int) -> int:
         if self.max_steps is None:
@@ -510,6 +516,7 @@ class Run(RunState):
             return
         settings = switching.settings
         if self.forms and np.array_equal(settings, self.forms[-1]):
+            self._act_in_both_forms()
             return
         self._note_form(settings)
         self.arrays.p[self.system.settings_of_switches] = settings

@@ -674,8 +674,7 @@ class EventActions:
     def is_untouched(self) -> bool:
         """Whether jumps of forces change nothing of what stops and frictions do: to find out in full takes longest."""
         self.switching.forget()
-        arrays, kernel = self.arrays, self.form.kernel("events")
-        values = np.zeros(len(self.system.events))
+        arrays, kernel, values = self.arrays, self.form.kernel("events"), np.zeros(len(self.system.events))
         # With the pieces of inputs that are in use: `p` alone would let all of them be laid out anew.
         call_kernel(np.uint64(kernel.precomputed_address), arrays.t, arrays.y, arrays.precomputed, values)
         return self.switching.is_untouched(values[len(values) - len(self.system.switches) :])

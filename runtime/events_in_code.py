@@ -8,7 +8,6 @@ import numpy as np
 
 from symgen.runtime.code.call_block import CallBlock, call_block
 from symgen.runtime.graph.spelling import reset_function
-from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate import plain_events as here
 from symgen.runtime.loop_arrays import DIRECTIONS
 
@@ -24,7 +23,6 @@ _OF_CLOSED = (
     (here.JACOBIAN, "constraint_jacobian"), (here.RESIDUAL, "constraint_residual"), (here.GAMMA, "gamma")
 )  # fmt: skip
 ACTIONS = {"record": here.RECORDS, "reset": here.RESETS, "terminate": here.TERMINATES}
-_ON_CONSTRAINTS = ACTIONS | {"reset": here.BY_PYTHON}  # they may be left where a reset leads
 
 
 def has_plain_events(system: System, *, beside_jumps: bool = False) -> bool:
@@ -47,32 +45,34 @@ def has_plain_events(system: System, *, beside_jumps: bool = False) -> bool:
     )
 
 
-def has_impacts_beside_constraints(system: System, arrays: LoopArrays) -> bool:
-    """Whether machine code can act on impacts of a run with constraints: no quaternions, frictions, jumps of forces.
-
-    Nor may rates be scaled to a level of energy, which impacts change.
-    """
+def has_impacts_beside_constraints(system: System) -> bool:
+    """Whether machine code can act on impacts of a model with constraints: no quaternions, frictions, jumps."""
     return (
         bool(system.m and system.switches)
         and not system.jumps
         and system.nq == system.nv
         and system.nv + system.m <= _LARGEST
         and all(switch["kind"] == "stop" for switch in system.switches)
-        and bool(np.isnan(arrays.control[at.ENERGY_LEVEL]))
     )
 
 
-def has_records_on_constraints(system: System) -> bool:
+def has_own_events_on_constraints(system: System) -> bool:
     """Whether machine code can act on events of a model with constraints or quaternions that has own ones alone.
 
-    It acts on those that record.
+    It acts on those that record, and on those that reset where `_resets`.
     """
+    acts_on = {"record", "reset"} if _resets(system) else {"record"}
     return (
         bool(system.events)
         and bool(system.m or system.quaternions)
         and not (system.jumps or system.switches)
-        and any(event["action"] == "record" for event in system.events)
+        and any(event["action"] in acts_on for event in system.events)
     )
+
+
+def _resets(system: System) -> bool:
+    """Whether machine code can act on resets: no quaternions, and matrices that are factored in full."""
+    return not system.quaternions and system.nq == system.nv and system.nv + system.m <= _LARGEST
 
 
 def make_after(
@@ -88,7 +88,8 @@ def make_after(
     n_stops = len(system.switches)
     own = system.events[: len(system.events) - n_stops]
     is_free = not (system.m or system.quaternions)
-    kinds = [(ACTIONS if is_free else _ON_CONSTRAINTS).get(event["action"], here.BY_PYTHON) for event in own]
+    actions = ACTIONS if _resets(system) else ACTIONS | {"reset": here.BY_PYTHON}
+    kinds = [actions.get(event["action"], here.BY_PYTHON) for event in own]
     resets = [reset_function(event["name"]) if kind == here.RESETS else "" for event, kind in zip(own, kinds)]
     addresses = np.zeros(here.FIRST_RESET + len(own), dtype=np.uint64)
     addresses[here.ADVANCE] = block.address
@@ -97,6 +98,9 @@ def make_after(
     named = named if own or n_stops else {}
     if n_stops:
         named |= {here.MASS: "mass_matrix", here.FORCES: "forces", here.SWITCHES: "switches"}
+    if system.m and here.RESETS in kinds:
+        named |= {here.MASS: "mass_matrix"}
+        named |= {here.OWN_JACOBIAN: "constraint_jacobian", here.OWN_RESIDUAL: "constraint_residual"}
     kernels = [system.kernel(name) for name in named.values()]
     for place, kernel in zip(named, kernels):
         addresses[place] = kernel.precomputed_address
@@ -112,7 +116,10 @@ def make_after(
         constraints = np.setdiff1d(np.arange(closed.m), gaps)
         everything, n_rows, n_residual = arrays.p.copy(), closed.m, closed.nh + closed.m
         everything[switches_at] = 1.0
-    n, nv, ne, m = system.nq + system.nv, system.nv, len(system.events), len(constraints)
+    n, nv, ne = system.nq + system.nv, system.nv, len(system.events)
+    m = system.m if system.m + nv <= _LARGEST else 0  # others are for Python
+    names = [switch["name"] for switch in system.switches]
+    one_by_one = system.sequential_impacts or len(set(names)) < n_stops
     noise = here.ROUND_OFF * (1.0 if is_free else here.ON_CONSTRAINTS)
     after = here.After(
         addresses=addresses, block=block.block, result=np.zeros(1),
@@ -120,14 +127,18 @@ def make_after(
         directions=np.array([DIRECTIONS[event["direction"]] for event in own], dtype=np.int64), everything=everything,
         switches_at=switches_at, gaps=gaps, constraints=constraints,
         sums=np.array([0.0, np.nan, 0.0, noise]), intervals=np.zeros(here.MOST_INTERVALS),
-        counts=np.array([0, 0, method.adaptive, system.events_may_jump], dtype=np.int64),
+        counts=np.array([0, 0, method.adaptive, system.events_may_jump, one_by_one], dtype=np.int64),
         lowest=np.full(n_stops, np.inf),
-        log=np.zeros((_ROWS if ne else 0, here.FIRST_STATE + 2 * n + 1)), before=np.zeros(n), slope=np.zeros(n),
-        moved=np.zeros(n), row=np.zeros(system.n_row),
+        log=np.zeros((_ROWS if ne else 0, here.FIRST_STATE + 2 * n + 1)),
+        first=np.zeros(n), before=np.zeros(n), slope=np.zeros(n), moved=np.zeros(n), row=np.zeros(system.n_row),
         values=np.zeros(ne), g=np.zeros(ne), floor=np.zeros(ne), other=np.zeros(ne),
         energy=np.zeros(2), switches=np.zeros(2 * n_stops), jacobian=np.zeros(n_rows * nv),
-        residual=np.zeros(n_residual), gamma=np.zeros(n_rows), mass=np.zeros(nv * nv), response=np.zeros(nv),
-        forces=np.zeros(nv), reached=np.zeros(nv), held=np.zeros(m * nv), gram=np.zeros(m * m), multipliers=np.zeros(m),
+        residual=np.zeros(n_residual), gamma=np.zeros(n_rows), mass=np.zeros(nv * nv), forces=np.zeros(nv),
+        struck=np.zeros(here.MOST_STRUCK, dtype=np.int64), response=np.zeros((here.MOST_STRUCK, nv)),
+        compliance=np.zeros((here.MOST_STRUCK, here.MOST_STRUCK)), impulses=np.zeros(here.MOST_STRUCK),
+        reached=np.zeros(nv), held=np.zeros(m * nv), gram=np.zeros(m * m), multipliers=np.zeros(m),
+        own_jacobian=np.zeros(m * nv), own_residual=np.zeros(system.nh + m),
+        projected=np.zeros(n + system.nh + m), places=np.zeros(nv, dtype=np.int64),
     )  # fmt: skip
     return after, kernels
 
@@ -168,7 +179,7 @@ class EventsInCode:
     Parameters
     ----------
     system : System
-        `has_plain_events`, `has_impacts_beside_constraints` or `has_records_on_constraints` of it.
+        `has_plain_events`, `has_impacts_beside_constraints` or `has_own_events_on_constraints` of it.
     method : Method
     arrays : LoopArrays
     """

@@ -133,7 +133,7 @@ class LoopArrays:
         self._at_start = rtol, atol, step
         self._first_control: np.ndarray | None = None
         self._set_control(method, t, energy_level)
-        self._prepare_guard(system)
+        self.tell_guard(system)
 
     def _set_control(self, method: Method, t: float, energy_level: float) -> None:
         c, first = self.control, self._first_control
@@ -183,7 +183,7 @@ class LoopArrays:
         self._set_control(method, t, energy_level)
         if system.m:
             self._keep[0].forget()
-        self._prepare_guard(system)
+        self.tell_guard(system)
 
     def advance(self, stop: float, max_steps: int, *, watch: float = np.inf, keep_log: bool = False) -> int:
         """Run the loop until an event, a failure, or for `max_steps` steps; returns its status.
@@ -314,7 +314,7 @@ class LoopArrays:
         self.restart(state_changed=True)
         self.choose_step_anew()
         self.limit_steps(method)
-        self._prepare_guard(system)
+        self.tell_guard(system)
 
     def change_form(self, system: System, method: Method, *, held: bool) -> None:
         """Go on with another form of the same model, with more constraints or fewer; `p` may have changed too.
@@ -374,7 +374,7 @@ class LoopArrays:
         self.choose_step_anew()
         if system.m:
             self._keep[0].forget()
-        self._prepare_guard(system)
+        self.tell_guard(system)
         return True
 
     def _work_out(self, system: System, method: Method) -> None:
@@ -448,7 +448,8 @@ class LoopArrays:
             system, method, with_events=with_events, with_energy=self._with_energy
         )
 
-    def _prepare_guard(self, system: System) -> None:
+    def tell_guard(self, system: System) -> None:
+        """Tell the guard of a constrained model what to expect of the constraints where the run is now."""
         if system.m:
             self._keep[0].expect(self.p, self.t, self.y[: system.nq])
             size = self._keep[0].residual_size

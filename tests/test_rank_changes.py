@@ -14,6 +14,7 @@ from symgen.model.library import find, load
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.constraints.assembly import assemble
 from symgen.runtime.constraints.kkt import is_ill_conditioned, lease_guard
+from symgen.runtime.constraints.levels import Constraints
 from symgen.runtime.errors import RuntimeModelError
 
 STARTS = 40
@@ -360,6 +361,24 @@ def test_a_curve_through_a_dead_point_is_as_accurate_as_round_off_lets_it_be():
         for d, row in zip(distances, rows_of(guard, states)):
             expected = closed_form(math.pi / 2 - d, 8.0)
             np.testing.assert_allclose(row[3:6], expected, rtol=0, atol=64.0 * (3e-13 + 10.0 * off))
+
+
+@pytest.mark.parametrize("off", [0.0, 1e-9])
+def test_multipliers_along_a_curve_balance_its_accelerations(off):
+    """No factor is needed for them but close to the pole, nor for the ratio of pivots, which falls as the square."""
+    system, guard = equal_slider_crank(), guard_near_a_dead_point()
+    p, distances = system.parameter_values(), np.array([0.015, 1e-2, 3e-3, 1e-3, -1e-3, -1e-2, -2e-2])
+    rows = list(rows_of(guard, [beside_a_dead_point(d, off) for d in distances]))
+    for d, row in zip(distances, rows):
+        y, constraints = beside_a_dead_point(d), Constraints(system, p, 0.0)
+        mass, jacobian = constraints.mass(y[:3]), constraints.jacobian(y[:3], y[3:])
+        wanted = mass @ row[3:6] - system.kernel("forces")(0.0, y, p)
+        multipliers = row[system.ny : system.ny + system.m]
+        np.testing.assert_allclose(jacobian.T @ multipliers, wanted, rtol=0, atol=1e-8 + 1e4 * off)
+        found = np.linalg.lstsq(jacobian.T, wanted, rcond=None)[0]
+        np.testing.assert_allclose(multipliers, found, rtol=1e-9 + 1e4 * off / abs(d))
+    ratios = np.array([row[-1] for row in rows]) / distances**2
+    np.testing.assert_allclose(ratios, ratios.mean(), rtol=0.1)
 
 
 def test_a_guard_goes_on_along_the_curve_of_another():

@@ -36,14 +36,15 @@ class _KernelCall:
         out : ndarray of float64, 1-D, C-contiguous
         """
         for name, array in (("y", y), ("p", p), ("out", out)):
-            if array.dtype != np.float64 or array.ndim != 1 or not array.flags.c_contiguous:
+            is_double = array.dtype is _DOUBLE or array.dtype == _DOUBLE  # the latter takes longest
+            if not is_double or array.ndim != 1 or not array.flags.c_contiguous:
                 raise TypeError(
                     f"{name} must be a contiguous 1-D float64 array, not {array.dtype} of shape {array.shape}: "
                     f"use np.ascontiguousarray({name}, dtype=float)"
                 )
         if not address:
             raise ValueError("the model has no such function: its kernel's address is 0")
-        _callable(int(address))(float(t), y.ctypes.data, p.ctypes.data, out.ctypes.data)
+        _callable(int(address))(float(t), address_of(y), address_of(p), address_of(out))
 
     @property
     def _numba_type_(self):
@@ -58,7 +59,7 @@ class _KernelCall:
 
 call_kernel = _KernelCall()
 
-_NOTHING = ctypes.c_char * 0
+_NOTHING, _DOUBLE = ctypes.c_char * 0, np.dtype(np.float64)
 
 
 def address_of(array: np.ndarray) -> int:

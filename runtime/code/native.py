@@ -177,8 +177,13 @@ class NativeFunction:
         self._result = type("Result", (ctypes.Structure,), {"_fields_": fields})
         self._n_results = len(fields)
         self._booleans = [kind == "bool" for kind in head["results"]]
-        prototype = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *kinds)
-        self._call = prototype(self.address)
+        self._kinds = kinds
+
+    @functools.cached_property
+    def _call(self) -> Any:
+        """The function for calls from Python, whose ctypes pass 1024 arguments at most; a `CallBlock` passes more."""
+        prototype = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *self._kinds)
+        return prototype(self.address)
 
     def __call__(self, *args: Any) -> Any:
         return self.bind(*args)()

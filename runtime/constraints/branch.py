@@ -340,6 +340,7 @@ _ROUND_OFF = 3e-14  # of characteristic sizes, or of the velocity in the metric 
 _MOST_STEPS = 6
 _CONVERGES = 0.25  # what a Gauss step may leave of the residual
 _SETTLED = 1e-12  # of the first residual: what a step changes from here on is round-off, and no factor
+_CHORD = 1e-6  # of characteristic sizes: after a residual up to that, the factor before the step is good for another
 _SAME_VOLUME = 0.5  # by how much the product of the pivots may change in the last step
 
 
@@ -410,23 +411,34 @@ def move_to_branch(context, t, b, p, weights):
 
     Gauss steps converge on the nearest branch as long as that is nearer than the singular configuration. Where it is
     not, they change the product of the pivots, which falls with the distance from that configuration. (Which pivot is
-    the last, and how large, jumps with their order.)
+    the last, and how large, jumps with their order.) Close to the branch a factor serves for several steps: what they
+    leave is a millionth, over the square of the distance.
     """
     rank, _, volume = factor(context, t, b, p, weights, ON_BRANCH)
-    before, first, same = math.inf, 0.0, True
+    before, first, same, fresh = math.inf, 0.0, True, True
     for _ in range(_MOST_STEPS if context[NH] > 0 else 0):
         size = position_step(context, t, b, p, rank)
         first = max(first, size)
         if size <= _SETTLED * first:
             break
-        old, old_rank = volume, rank
-        rank, _, volume = factor(context, t, b, p, weights, ON_BRANCH)
-        same = rank == old_rank and abs(volume - old) <= _SAME_VOLUME * old
-        if not size <= _CONVERGES * before:
+        converges = size <= _CONVERGES * before
+        fresh = size > _ROUND_OFF and not (converges and size <= _CHORD)
+        if fresh:
+            rank, volume, same = _factor_anew(context, t, b, p, weights, rank, volume)
+        if size <= _ROUND_OFF or (size > _CHORD and not converges):
             break
         before = size
+    if not fresh:
+        rank, volume, same = _factor_anew(context, t, b, p, weights, rank, volume)
     velocity_step(context, t, b, p, rank)
     return rank if same else 0
+
+
+@jitted
+def _factor_anew(context, t, b, p, weights, rank, volume):
+    """Factor behind a step; returns rank and product of pivots, and whether they are about what they were."""
+    now, _, product = factor(context, t, b, p, weights, ON_BRANCH)
+    return now, product, now == rank and abs(product - volume) <= _SAME_VOLUME * volume
 
 
 @jitted

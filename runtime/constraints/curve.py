@@ -24,6 +24,9 @@ class Curve(NamedTuple):
     ----------
     known : ndarray, shape (1,)
         Whether the rest says anything: 1 or 0.
+    root : ndarray, shape (2,)
+        The root of the pivot ratio at x = 0, negative before the singular configuration, and by how much it rises
+        with x.
     functional : ndarray, shape (nq,)
         Its product with q - `centre` is x.
     centre : ndarray, shape (nq,)
@@ -34,6 +37,7 @@ class Curve(NamedTuple):
     """
 
     known: np.ndarray
+    root: np.ndarray
     functional: np.ndarray
     centre: np.ndarray
     nodes: np.ndarray
@@ -42,15 +46,16 @@ class Curve(NamedTuple):
 
 def curve_size(nq: int) -> int:
     """Return the length of the array of a curve."""
-    return 1 + 2 * nq + 2 * PLACES * (1 + nq)
+    return 3 + 2 * nq + 2 * PLACES * (1 + nq)
 
 
 @jitted
 def curve_in(array, nq):
     """An array in its parts."""
-    known, functional, centre, rest = array[:1], array[1 : 1 + nq], array[1 + nq :][:nq], array[1 + 2 * nq :]
+    known, root, array = array[:1], array[1:3], array[3:]
+    functional, centre, rest = array[:nq], array[nq : 2 * nq], array[2 * nq :]
     nodes, coefficients = rest[: 2 * PLACES], rest[2 * PLACES :][: 2 * PLACES * nq]
-    return Curve(known, functional, centre, nodes, coefficients.reshape((2 * PLACES, nq)))
+    return Curve(known, root, functional, centre, nodes, coefficients.reshape((2 * PLACES, nq)))
 
 
 @jitted

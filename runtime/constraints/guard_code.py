@@ -148,7 +148,8 @@ def _without_reactions(system: System) -> str:
     """Reactions of dependent constraints are not unique, nor is friction in proportion to them: not a number.
 
     The path behind takes no notice of it, so it is only called while none slides. Smooth friction always does, if only
-    the stop that it may be on is closed.
+    the stop that it may be on is closed. Where no more is said than that a row is smaller than nearby, and constraints
+    do not depend on each other, what straight-line code has written stays.
     """
     places, stops, always, place = [], {}, False, system.n_settable
     for switch in system.switches:
@@ -175,6 +176,13 @@ def _without_reactions(system: System) -> str:
         f"%slides = fcmp ogt double {total}, 0.0",
         "br i1 %slides, label %unknown, label %known",
         "unknown:",
+        f"%known.ratio.at = getelementptr inbounds double, ptr %out, i64 {system.n_row - 1}",
+        "%known.ratio = load double, ptr %known.ratio.at",
+        f"%known.high = fcmp oge double %known.ratio, {constant(PIVOT_LIMIT)}",
+        "%known.low = fcmp ole double %known.ratio, 2.0",
+        "%unique = and i1 %known.high, %known.low",
+        "br i1 %unique, label %done, label %lost",
+        "lost:",
         f"%acceleration = getelementptr inbounds double, ptr %out, i64 {system.nq}",
         "store double 0x7FF8000000000000, ptr %acceleration",
         "ret void",

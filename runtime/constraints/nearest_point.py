@@ -58,8 +58,12 @@ def rates_after_reset(
     if free.any():
         factor = metric(mass[np.ix_(free, free)])
         reduced = np.linalg.solve(factor, jacobian[:, free].T).T
+        # Rows as long as each other: at a dead point one moves at no speed, and coordinates may have no mass.
+        lengths = np.sqrt((reduced**2).sum(axis=1))
+        lengths[lengths == 0.0] = 1.0
+        reduced /= lengths[:, None]
         for _ in range(_REFINEMENTS):
-            off = constraints.velocity(q, v) / scales
+            off = constraints.velocity(q, v) / (scales * lengths)
             v[free] -= np.linalg.solve(factor.T, pseudo_solve(reduced, off))
     return v if worst(constraints.velocity(q, v) / scales) <= SOLVED else None
 

@@ -22,6 +22,7 @@ import numpy as np
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.constraints.branch import (
+    CONSTRAINT_JACOBIAN,
     CONSTRAINT_RESIDUAL,
     ENERGY,
     FORCES,
@@ -165,8 +166,10 @@ def _lay_curve(context, t, b, p, weights, spacing):
         shift = (1.0 if k % 2 else -1.0) * (k // 2 + 1) * spacing
         if not _moved_along(context, t, b, p, weights, shift):
             return math.inf
-        rank, _, _ = factor(context, t, b, p, weights, ON_BRANCH)  # that of `move_to_branch` is a step older
+        rank, _, _ = factor(context, t, b, p, weights, ON_BRANCH)  # that may be a step older
         velocity_step(context, t, b, p, rank)
+        if k < 2:  # the places next to the configuration, on either side
+            curve.root[k] = math.sqrt(least_pivot(b.lower, rank, b.solver))
         x, rate = 0.0, 0.0
         for i in range(nq):
             x += curve.functional[i] * (b.place[i] - curve.centre[i])
@@ -178,6 +181,9 @@ def _lay_curve(context, t, b, p, weights, spacing):
             curve.coefficients[2 * k, i] = b.place[i] - curve.centre[i]
             curve.coefficients[2 * k + 1, i] = b.place[nq + i] / rate
     fit(curve)
+    behind = -curve.root[0]
+    curve.root[1] = (curve.root[1] - behind) / (curve.nodes[2] - curve.nodes[0])
+    curve.root[0] = behind - curve.root[1] * curve.nodes[0]
     follow(curve, INNER_PLACES, 0.0, b.moved[:nq], b.along, b.eight)
     copy(b.centre, b.place)
     follow(curve, PLACES, 0.0, b.moved[:nq], b.along, b.total)
@@ -254,6 +260,57 @@ def _move_to_curve(context, t, b, p, weights):
 
 
 @jitted
+def _follow_curve(context, t, b, p, weights):
+    """Move to a curve that is known, and write accelerations there to `b.total`; whether there is one, and near."""
+    if not _may_have_curve(context, weights) or _curve(context, weights).known[0] != 1.0:
+        return False
+    rate = _move_to_curve(context, t, b, p, weights)
+    if not math.isfinite(rate):
+        return False
+    _bend_along(context, t, b, p, rate)
+    return True
+
+
+@jitted
+def _write_along(context, t, b, p, weights, out):
+    """Write what `_follow_curve` has found to a row, with multipliers and pivot ratio; whether no factor is needed.
+
+    That has left M and the forces, too. Straight-line code has no pole there, as nothing is off
+    the constraints; whether its multipliers are right, M a = f + Gᵀλ tells.
+    """
+    nq, nv, m, curve = context[NQ], context[NV], context[M], _curve(context, weights)
+    n, ny, size, left = nq + nv, nq + nv + context[NW], 0.0, 0.0
+    root = curve.root[0]
+    for i in range(nq):
+        root += curve.root[1] * curve.functional[i] * (b.place[i] - curve.centre[i])
+    if not (m == context[USUAL_RANK] and root**2 > _FAR_ENOUGH * _LEAST_PIVOT):
+        return False
+    jacobian = b.jacobian.reshape(m * nv)
+    fill(jacobian, 0.0)
+    call_kernel(np.uint64(context[RHS]), t, b.place, p, b.row)
+    call_kernel(np.uint64(context[CONSTRAINT_JACOBIAN]), t, b.place, p, jacobian)
+    multipliers = b.row[ny : ny + m]
+    for i in range(nv):
+        b.step[i], b.direct[i] = -b.forces[i], abs(b.forces[i])
+        for j in range(nv):
+            b.step[i] += b.mass[i, j] * b.total[j]
+    for k in range(m):
+        value = multipliers[k]
+        for i in range(nv):
+            term = b.jacobian[k, i] * value
+            b.step[i] -= term
+            b.direct[i] += abs(term)
+    for i in range(nv):
+        size, left = max(size, b.direct[i]), max(left, abs(b.step[i]))
+    if not (left <= _BALANCED * size and math.isfinite(size)):
+        return False
+    copy(b.total, out[nq:n])
+    copy(multipliers, out[ny : ny + m])
+    out[ny + m] = root**2
+    return True
+
+
+@jitted
 def _interpolate(context, t, b, p, weights, spacing):
     """Write the accelerations interpolated between ten places, `spacing` [s] apart, to `b.total`.
 
@@ -327,6 +384,8 @@ def _accelerations_here(context, t, b, p, rank):
 # Of the first pivot. Closer to a singular configuration the constraint is left out of accelerations that are not
 # interpolated: what is missing in them lies across the branch, and goes when the next state is moved to it.
 _LEAST_PIVOT = 1e-8
+_FAR_ENOUGH = 4.0  # times that: all constraints count, for certain
+_BALANCED = 1e-11  # of the largest forces: what accelerations and multipliers may leave of them
 
 
 @jitted
@@ -351,41 +410,51 @@ def robust_rhs(context, t, y, p, out, weights, order, work):
     work : ndarray, shape (work_size(...),)
         A buffer.
     """
-    nq, nv, m, nw = context[NQ], context[NV], context[M], context[NW]
-    n, ny = nq + nv, nq + nv + nw
+    n, nw = context[NQ] + context[NV], context[NW]
     b = buffers(context, order, work)
     copy(y[:n], b.place)
-    rank, on_branch, ratio, beside, rate = 0, 0, 0.0, False, math.nan
-    if context[NEAR_SINGULAR] == 0:
-        rank, ratio, _ = factor(context, t, b, p, weights, RANK_TOLERANCE)
-    if rank < m and _may_have_curve(context, weights) and _curve(context, weights).known[0] == 1.0:
-        rate = _move_to_curve(context, t, b, p, weights)
-        if math.isfinite(rate):
-            on_branch, _, _ = factor(context, t, b, p, weights, ON_BRANCH)
-            rank, ratio = truncated(b.lower, on_branch, _LEAST_PIVOT)
-        else:
+    is_along = _follow_curve(context, t, b, p, weights)
+    if not (is_along and _write_along(context, t, b, p, weights, out)):
+        if not is_along:
             copy(y[:n], b.place)
-    if rank < m and not math.isfinite(rate):
+        _write_by_factors(context, t, b, p, weights, out, is_along)
+    if nw and (context[TIME_DEPENDENT] or not math.isfinite(out[n])):
+        out[n] = _power(context, t, y, p, out, b)
+
+
+@jitted
+def _write_by_factors(context, t, b, p, weights, out, is_along):
+    """Write accelerations, multipliers and pivot ratio at `b.place` to a row.
+
+    Parameters
+    ----------
+    is_along : bool
+        Whether that is a place of a curve, with the accelerations in `b.total`.
+    """
+    nq, nv, m, ny = context[NQ], context[NV], context[M], context[NQ] + context[NV] + context[NW]
+    rank, on_branch, ratio, beside = 0, 0, 0.0, False
+    copy(b.place, b.centre)
+    if is_along:
+        on_branch, _, _ = factor(context, t, b, p, weights, ON_BRANCH)
+        rank, ratio = truncated(b.lower, on_branch, _LEAST_PIVOT)
+    elif context[NEAR_SINGULAR] == 0:
+        rank, ratio, _ = factor(context, t, b, p, weights, RANK_TOLERANCE)
+    if rank < m and not is_along:
         on_branch = is_on_branch(context, t, b, p, weights) or move_to_branch(context, t, b, p, weights)
         if on_branch > 0:
             rank, ratio = truncated(b.lower, on_branch, _LEAST_PIVOT)
             beside = rank < context[USUAL_RANK] or ratio < BESIDE**2
         else:
-            copy(y[:n], b.place)
+            copy(b.centre, b.place)
             rank, ratio, _ = factor(context, t, b, p, weights, RANK_TOLERANCE)
     call_kernel(np.uint64(context[FORCES]), t, b.place, p, b.forces)
     call_kernel(np.uint64(context[GAMMA]), t, b.place, p, b.target)
     solve(b, rank)
-    copy(b.step, out[nq:n])
+    copy(b.step, out[nq : nq + nv])
     copy(b.multipliers, out[ny : ny + m])
     out[ny + m] = ratio if rank == m else 0.0
-    if math.isfinite(rate):
-        _bend_along(context, t, b, p, rate)
-        copy(b.total, out[nq:n])
-    elif beside and accelerations_beside(context, t, b, p, weights, on_branch):
-        copy(b.total, out[nq:n])
-    if nw and (context[TIME_DEPENDENT] or not math.isfinite(out[n])):
-        out[n] = _power(context, t, y, p, out, b)
+    if is_along or (beside and accelerations_beside(context, t, b, p, weights, on_branch)):
+        copy(b.total, out[nq : nq + nv])
 
 
 @jitted

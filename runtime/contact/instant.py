@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -84,6 +85,7 @@ class Instant:
         self._tolerances: tuple[LocalDynamics, tuple, np.ndarray] | None = None
         # Gaps and speeds that are zero within the tolerances, when last asked.
         self._zero: np.ndarray | None = None
+        self._far_from_zero: list[float] = []  # what is clearly more
         # Forces that are as good as zero, with the settings for which they were asked last.
         self._last_weak: tuple[bytes, np.ndarray] | None = None
 
@@ -135,6 +137,11 @@ class Instant:
         bands[which], bands[np.isinf(bands) & ~which] = np.inf, 0.0
         sides[which] = 0.0
 
+    @property
+    def any_resting(self) -> bool:
+        """Whether others hold some friction."""
+        return self.has_frictions and math.inf in self._events_of_frictions(at.BAND).tolist()
+
     def _events_of_frictions(self, block: int) -> np.ndarray:
         events = self.arrays.event_block(block)
         return events[len(events) - len(self.stuck) :]
@@ -142,7 +149,7 @@ class Instant:
     @property
     def any_held(self) -> bool:
         """Whether some stop is closed or some friction sticks: the closed form of the model then applies."""
-        return bool(np.count_nonzero(self.closed) or np.count_nonzero(self.stuck))
+        return True in self.closed.tolist() or True in self.stuck.tolist()  # asked often, of few
 
     @property
     def held(self) -> np.ndarray:

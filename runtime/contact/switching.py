@@ -890,18 +890,30 @@ class Switching(Holding):
             Of the events, behind the jump: gaps, and speeds at which frictions slide; forces of closed stops, and what
             frictions that stick can still take.
         """
-        if self._zero is None or len(self.layout.circles) or self.resting.any():
+        if self._zero is None or len(self.layout.circles) or self.any_resting:
             return False
+        if not self.any_held:
+            return self._moves_clearly(values.tolist())
         sizes = np.concatenate([values[: self.n_stops], np.abs(values[self.n_stops :])])
         smooth = np.concatenate([np.zeros(self.n_stops, dtype=bool), self._smooth])
         zero, held = _FAR_FROM_ZERO * self._zero, self.held
-        if held.any():
-            if self._coupled.any() or (self._unpressed & self.closed).any() or not np.isfinite(values).all():
-                return False
-            sizes = np.where(held, values, sizes)
-            least = np.maximum(_FAR_FROM_ZERO * self._weak_forces(), _LEAST_PART * sizes[held].max())
-            zero = np.where(held, least, zero)
+        if self._coupled.any() or (self._unpressed & self.closed).any() or not np.isfinite(values).all():
+            return False
+        sizes = np.where(held, values, sizes)
+        least = np.maximum(_FAR_FROM_ZERO * self._weak_forces(), _LEAST_PART * sizes[held].max())
+        zero = np.where(held, least, zero)
         return bool((smooth | (sizes > zero)).all())
+
+    def _moves_clearly(self, values: list[float]) -> bool:
+        """Whether all gaps are open and all frictions slide, where nothing is held; arrays of so few take longer."""
+        zero, sliding = self._far_from_zero, values[self.n_stops :]
+        for value, least in zip(values[: self.n_stops], zero):
+            if not value > least:
+                return False
+        for speed, least, smooth in zip(sliding, zero[self.n_stops :], self._smooth):
+            if not (abs(speed) > least or smooth):
+                return False
+        return True
 
     def _weak_forces(self) -> np.ndarray:
         """Which forces of stops and frictions do not tell whether these stay held, by what held now when last asked."""
@@ -944,6 +956,7 @@ class Switching(Holding):
         struck = closed | is_fired[: self.n_stops] | (gaps <= self._round_off(here))
         near = struck | (gaps <= self._gap_tolerances(here))
         self._zero = np.concatenate([self._gap_tolerances(here), self._slow(here)])
+        self._far_from_zero = (_FAR_FROM_ZERO * self._zero).tolist()
         blown = np.concatenate([struck & self._closing(here), np.zeros(self.n - self.n_stops, dtype=bool)])
         if self.has_frictions:
             fired_frictions = self._of_either(is_fired[self.n_stops :])

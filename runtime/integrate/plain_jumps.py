@@ -22,13 +22,13 @@ from symgen.runtime.integrate.plain_events import (
     N_LOG,
     NOTHING,
     PILES_UP,
-    RECORDS,
     ZENO,
     fired_alone,
     has_room,
     is_at_break,
     is_jump,
     largest,
+    only_records,
     sign,
 )
 from symgen.runtime.integrate.plain_events import act as act_on_event
@@ -110,7 +110,6 @@ def advance_over_jumps_and_events(loop, plain, own, after):
     int
         Also ZENO.
     """
-    n_own = after.actions.shape[0]
     last = loop.counters[at.STEPS] + loop.counters[at.MAX_STEPS_PER_CALL]
     while True:
         call_kernel(own.addresses[ADVANCE], 0.0, own.block, own.block, own.result)
@@ -118,16 +117,14 @@ def advance_over_jumps_and_events(loop, plain, own, after):
         if status != at.EVENT or is_at_break(loop):
             return status
         event = fired_alone(loop)
-        if event < 0:
-            return status
-        if is_jump(event, loop):
+        if event >= 0 and is_jump(event, loop):
             if not act(loop, own):
                 return status
         else:
             done = act_on_event(plain, after)
             if done != ACTED:
                 return ZENO if done == PILES_UP else status
-            if event >= n_own or after.actions[event] != RECORDS:
+            if not only_records(loop, after):
                 take_sides(loop, own)
         if not has_room(last, loop) or after.counts[N_LOG] >= after.log.shape[0] or needs_another_loop(own):
             return at.RUNNING
