@@ -77,3 +77,11 @@ def test_velocities_count_by_their_largest_term(run):
     largest = np.abs(evaluate(system, "constraint_residual", run.p, t, states)).max(axis=0)[system.nh :]
     assert drift.relative <= (largest / terms).max() * (1.0 + 1e-12)
     assert drift.relative == pytest.approx((largest / terms).max(), rel=1e-6)
+
+
+def test_constraints_of_velocities_alone():
+    """There are no rows that could turn, and G is looked at for terms of velocities only."""
+    run = load(GENERATED / "rolling_disc.py").run(t_end=0.5, method="dop853")
+    found = constraint_drift(run)
+    rows = np.abs(evaluate(run.system, "constraint_residual", run.p, run.t, run.states))
+    assert found.keys() == {"velocity"} and 0.0 < found["velocity"].value < 1e-10 and rows.max() < 1e-10

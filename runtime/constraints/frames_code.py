@@ -103,10 +103,10 @@ class LookAtFrames:
 
     def begin(self, system: System, p: np.ndarray) -> None:
         """Take parameters, as `System.precomputed` gives them, and the functions of the model as they are now."""
-        name = "constraint_jacobian"
-        matrix = system.kernel(name).precomputed_address if len(self.of.matrix) else 0
-        entries = system.kernel(name + ENTRIES).precomputed_address if self._by_entries else matrix
-        self.of.addresses[:] = system.kernel("constraint_residual").precomputed_address, entries, matrix
+        jacobian = "constraint_jacobian"
+        names = ("constraint_residual", jacobian + ENTRIES if self._by_entries else jacobian)
+        residual, entries = (system.kernel(name).precomputed_address for name in names)
+        self.of.addresses[:] = residual, entries, entries if len(self.of.matrix) else 0
         self.of.p[:] = p
 
     def see(self, task: int, times: np.ndarray, states: np.ndarray) -> None:
