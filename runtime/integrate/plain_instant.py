@@ -36,9 +36,10 @@ from symgen.runtime.integrate.plain_events import (
 # Addresses: those of the free form where `plain_events` has them; rows and rates of what is held take `p` itself, all
 # others what is worked out of it. SETUP: what works that out. Resets, in the order of the events, follow.
 SETUP, HELD_ADVANCE, HELD_EVENTS, HELD_RHS, HELD_SETUP, ROWS, FIRST_RESET = range(GAMMA + 1, GAMMA + 8)
-# In `counts`, behind those of `plain_events`; ASKS: Python is to tell the guard what to expect.
-IS_HELD, ASKS = MAY_JUMP + 1, MAY_JUMP + 2
-N_COUNTS = ASKS + 1
+# In `counts`, behind those of `plain_events`. ASKS: Python is to tell the guard what to expect; AT_EVENT: the loop has
+# returned at an event already.
+IS_HELD, ASKS, AT_EVENT = range(MAY_JUMP + 1, MAY_JUMP + 4)
+N_COUNTS = AT_EVENT + 1
 # Speeds of gaps that close no faster are at rest, as in `contact/switching.py`.
 SETTLED, NO_SPEED = 1e-12, 1e-15
 # As in `contact/instant.py`, `event_actions.py`.
