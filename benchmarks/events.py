@@ -122,6 +122,50 @@ gap = "y - 0.5*a"
 [stops.right]
 gap = "y + 0.5*a"
 """
+_ON_A_BELT = """
+[coordinates]
+x = {}
+y = {}
+[energy]
+kinetic = "dot(x)^2/2 + dot(y)^2/2"
+potential = "9.81*y + 25*x^2"
+[stops.floor]
+gap = "y"
+[friction.sole]
+speed = "dot(x) - 0.3"
+coefficient = 0.4
+static = 0.6
+normal = "floor"
+"""
+_WITH_SPIN = """
+[coordinates]
+x = {}
+y = { start = 0.4 }
+phi = { rate = 4.0 }
+[energy]
+kinetic = "dot(x)^2/2 + dot(y)^2/2 + 0.15*dot(phi)^2"
+potential = "9.81*y"
+[forces]
+phi = "6*sin(t)"
+[stops.floor]
+gap = "y"
+restitution = 1
+[friction.tread]
+speed = "dot(x) - dot(phi)"
+coefficient = 0.3
+normal = "floor"
+"""
+_ROUGH_CIRCLE = (
+    _ON_A_CIRCLE.split("[stops.wall]")[0]
+    + """
+[forces]
+x = "8*sin(t)"
+[friction.pin]
+speed = "x*dot(y) - y*dot(x)"
+force = 2.0
+static = 2.5
+"""
+)
 _SWITCHED = {  # and where a force goes over to another branch
     "stick and slip": (None, 0.0),
     "impact beside friction": (_BESIDE_FRICTION, 0.0),
@@ -140,6 +184,9 @@ _SWITCHED = {  # and where a force goes over to another branch
     ),
     "two impacts at an instant": (_ON_BOTH_ENDS, 0.0),
     "blow shared by what rests": (_LIFTED, 0.0),
+    "stick and slip by a stop": (_ON_A_BELT, 0.0),
+    "impact that rubs": (_WITH_SPIN, 0.0),
+    "stick, slip, constrained": (_ROUGH_CIRCLE, 0.0),
 }
 _BESIDE_PIECES = ("impact, input", "reset, input", "jump, input")
 _BESIDE_JUMPS = {"stop": "", "stop and friction": '[friction.rub]\ncoordinate = "x"\nforce = 0.05\n'}

@@ -246,14 +246,19 @@ class FrictionsInCode:
             arrays.look_for_choices()
             if not arrays.precomputed[arrays.branches].all():
                 return arrays.advance(stop, max_steps, watch=watch, keep_log=keep_log)
+        at_event = False
         if arrays.generation not in self._generations:
-            if not len(actions.log):  # the arrays cost as much as one event, and many runs have none
-                return arrays.advance(stop, max_steps, watch=watch, keep_log=keep_log)
+            # The arrays take as long as many runs do that have no event.
+            first = int(arrays.counters[at.STEPS])
+            status = arrays.advance(stop, max_steps, watch=watch, keep_log=keep_log)
+            if status != at.EVENT:
+                return status
+            max_steps, keep_log, at_event = max_steps - int(arrays.counters[at.STEPS]) + first, True, True
             self._bind()
         own, before, is_held = self._own, actions.energy_of_resets, actions.is_held
         self._write_inputs(is_held=is_held)
         own.counts[plain_events.N_LOG] = own.counts[here.ASKS] = 0
-        own.counts[here.IS_HELD] = is_held
+        own.counts[here.IS_HELD], own.counts[here.AT_EVENT] = is_held, at_event
         known = what_is_known(actions)
         if not is_same(known, self._handed):
             hand_over_resets(actions, own)

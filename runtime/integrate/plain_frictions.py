@@ -58,6 +58,7 @@ from symgen.runtime.integrate.plain_holding import (
 )
 from symgen.runtime.integrate.plain_instant import (
     ASKS,
+    AT_EVENT,
     FIRST_RESET,
     HELD_ADVANCE,
     HELD_SETUP,
@@ -114,7 +115,10 @@ def advance_over_frictions(free, held, own):
 
 @jitted
 def call_loop(own):
-    """Call the step loop of the form that applies; returns its status."""
+    """Call the step loop of the form that applies, unless it is at an event; returns its status."""
+    if own.counts[AT_EVENT]:
+        own.counts[AT_EVENT] = 0
+        return at.EVENT
     if own.counts[IS_HELD]:
         call_kernel(own.addresses[HELD_ADVANCE], 0.0, own.held_block, own.held_block, own.result)
     else:

@@ -37,9 +37,9 @@ from symgen.runtime.integrate.plain_events import (
 # others what is worked out of it. SETUP: what works that out. Resets, in the order of the events, follow.
 SETUP, HELD_ADVANCE, HELD_EVENTS, HELD_RHS, HELD_SETUP, ROWS, FIRST_RESET = range(GAMMA + 1, GAMMA + 8)
 # In `counts`, behind those of `plain_events`. ASKS: Python is to tell the guard what to expect. STRUCK_IN_TURN: blows
-# are those of one stop after another.
-IS_HELD, ASKS, STRUCK_IN_TURN = range(MAY_JUMP + 1, MAY_JUMP + 4)
-N_COUNTS = STRUCK_IN_TURN + 1
+# are those of one stop after another. AT_EVENT: the loop has returned at an event already.
+IS_HELD, ASKS, STRUCK_IN_TURN, AT_EVENT = range(MAY_JUMP + 1, MAY_JUMP + 5)
+N_COUNTS = AT_EVENT + 1
 # Speeds of gaps that close no faster are at rest, as in `contact/switching.py`.
 SETTLED, NO_SPEED = 1e-12, 1e-15
 # As in `contact/instant.py`, `event_actions.py`.
