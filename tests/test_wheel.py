@@ -41,7 +41,7 @@ def test_all_sources_and_models_are_inside_and_nothing_else(files):
         f"{place}/{path.relative_to(ROOT / folder).as_posix()}"
         for folder, place in FOLDERS.items()
         for path in (ROOT / folder).rglob("*")
-        if path.suffix in (".toml", ".py", ".json", ".typed", ".xz", ".urdf", ".xml")
+        if path.suffix in (".toml", ".py", ".json", ".typed", ".xz", ".txt", ".urdf", ".xml")
         and "__pycache__" not in path.parts
     }
     assert len(inside) > 300

@@ -11,6 +11,7 @@ Which expressions of a description change during a run, by the names in them.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,7 +20,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.model.algebra import postorder
-from symgen.runtime.sampling import quasi_random
 
 from ..model import algebra
 from ..model.description import Description
@@ -63,7 +63,7 @@ def _without_effect(d: Derivation, nodes: list[int]) -> list[int]:
     order = g.reachable(nodes)
     variables = [node for node in order if g.op[node] == "var"]
     # NumPy's random numbers take longer to load than this takes.
-    numbers = iter((0.8 + 0.4 * quasi_random(N_TRIALS * (len(variables) + len(left)))).tolist())
+    numbers = iter(_without_pattern(N_TRIALS * (len(variables) + len(left))).tolist())
     for _ in range(N_TRIALS):
         if not left:
             break
@@ -175,3 +175,8 @@ class Movement:
         """Whether one of the expressions depends on more than parameters and constants."""
         nodes = postorder(expressions)
         return any(isinstance(x, algebra.Symbol) and x.name not in self._fixed for x in nodes)
+
+
+def _without_pattern(n: int) -> np.ndarray:
+    """Numbers between 0.4 and 1.2: Weyl's sequence of the golden ratio. Generators of NumPy take longer to load."""
+    return 0.4 + 0.8 * (np.arange(1, n + 1) * (0.5 * (math.sqrt(5.0) - 1.0)) % 1.0)
