@@ -8,12 +8,10 @@ opposite to the speed that is left.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import root
-from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 G = 9.81
@@ -112,16 +110,3 @@ def box_corners(edges: tuple[float, float, float]) -> np.ndarray:
     """The corners of a box, in the order in which contacts number them."""
     sides = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
     return sides * np.array(edges) / 2
-
-
-def write_hull(file: Path, corners: np.ndarray) -> None:
-    """An STL file of the hull of some places, with triangles that point outwards."""
-    hull, lines = ConvexHull(corners), ["solid hull"]
-    for triangle, equation in zip(hull.simplices, hull.equations, strict=True):
-        a, b, c = corners[triangle]
-        if np.cross(b - a, c - a) @ equation[:3] < 0:
-            b, c = c, b
-        lines += ["facet normal 0 0 0", "outer loop"]
-        lines += [f"vertex {x:.17g} {y:.17g} {z:.17g}" for x, y, z in (a, b, c)]
-        lines += ["endloop", "endfacet"]
-    file.write_text("\n".join([*lines, "endsolid"]))

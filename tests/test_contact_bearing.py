@@ -14,7 +14,6 @@ from symgen.runtime.contact import circles
 from symgen.runtime.contact.onset import onset_directions
 from symgen.runtime.contact.settings import Layout
 from symgen.runtime.contact.switching import Switching
-from tests.stress import touching_solids
 from tests.stress.loaded_boxes import draw, judge
 from tests.stress.scenario import RIGHT
 
@@ -266,13 +265,6 @@ def test_what_is_integrated_again_is_given_up_where_nothing_that_is_told_happens
     monkeypatch.setattr(Switching, "act", count)
     assert draw(1, "tall", 4).derive().run(t_end=2.0, fps=1000, method="dop853").ok
     assert len(acts) < 1000
-
-
-@pytest.mark.slow
-def test_a_ball_between_a_box_and_a_wall_is_held_within_the_limits_of_friction():
-    """Its friction was put at the limit, and beyond it a moment later: a run was right, and called doubtful."""
-    verdict, why = touching_solids.judge(touching_solids.draw(1, "wedged", 0), "dop853")
-    assert verdict == RIGHT, why
 
 
 @pytest.mark.slow

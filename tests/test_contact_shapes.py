@@ -24,9 +24,10 @@ from symgen.runtime import load, solve
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.recording.resume import Resumed
 from symgen.runtime.recording.verify import verify
-from tests.falling_bodies import Fall, box_corners, rotation, write_hull
+from tests.falling_bodies import Fall, box_corners, rotation
 from tests.recorded import assert_same_recording, record
 from tests.stress.contact_shapes import KINDS, thrown, try_many
+from tests.stress.hulls import write_hull
 from tests.stress.scenario import RIGHT, WRONG
 from tests.stress.thrown_bodies import objection
 

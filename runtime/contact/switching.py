@@ -66,7 +66,7 @@ class Holding(LoneFriction):
             forces = _spread(here.compliance, acting[self.n_stops :] & ~self._in_circles, forces, most)
             few = self._borne_by_few(here, acting, levels, forces, same_motion=True)
             taking = self._taking_part(acting, (forces > 0.0) & ~(few > 0.0))
-            forces, most, shared = self._evened(here, taking, levels, few)
+            forces, most, shared = self._evened(here, taking, touching, levels, few)
             accelerations = here.free + here.compliance @ forces
             sticks, onset = self._sticking(here, taking, still, levels, forces, most, shared)
             slipping = still & ~sticks
@@ -118,7 +118,12 @@ class Holding(LoneFriction):
         return np.concatenate([stops, acting[n_stops:] & ~lost])
 
     def _evened(
-        self, here: LocalDynamics, acting: np.ndarray, levels: Levels, forces: np.ndarray
+        self,
+        here: LocalDynamics,
+        acting: np.ndarray,
+        touching: np.ndarray,
+        levels: Levels,
+        forces: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return forces that do the same, the levels, and whose load frictions in planes share near their limits."""
         none = np.zeros(self.n, dtype=bool)
@@ -127,7 +132,7 @@ class Holding(LoneFriction):
             return forces, most, none
         given = forces
         small = UNDECIDED * here.sizes_of_free
-        slides = (self._coupled & ~acting[self.n_stops :] & self._pressed(acting[: self.n_stops])).any()
+        slides = (self._coupled & ~acting[self.n_stops :] & self._pressed(touching)).any()
         if not slides:  # whether what slides has stops that it follows depends on all
             forces = self._balanced(here, acting, forces, small)
         movable = acting & (np.abs(here.free + here.compliance @ forces) <= small)
@@ -579,7 +584,7 @@ class Holding(LoneFriction):
             rows = np.flatnonzero(pressed)
             # What is alike but for round-off is left out in one order, whatever the units are.
             alike = np.round(forces[rows] / forces[rows].max(), _ALIKE)
-            for i in rows[np.lexsort((alike, bearing[rows]))]:
+            for i in rows[np.lexsort((-rows, alike, bearing[rows]))]:
                 rest = acting & (pressed | (np.arange(self.n) >= self.n_stops)) & (np.arange(self.n) != i)
                 rest[self.n_stops :] &= self._pressed(rest[: self.n_stops])
                 found = self._holding(here, rest, acting, levels) if same_motion else None

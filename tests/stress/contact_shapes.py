@@ -26,7 +26,8 @@ from symgen import Model
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.integrate.methods import METHODS
 
-from ..falling_bodies import Fall, box_corners, write_hull
+from ..falling_bodies import Fall, box_corners
+from .hulls import write_hull
 from .scenario import DOUBTED, FLAGGED, REFUSED, RIGHT, WRONG
 from .thrown_bodies import FLOOR, TARGET_DAMPING, TARGET_INERTIA, Thrown, n_near, objection
 

@@ -29,7 +29,7 @@ from symgen import Model, runtime, t
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.integrate.methods import METHODS
 
-from ..falling_bodies import write_hull
+from .hulls import write_hull
 from .scenario import FLAGGED, REFUSED, RIGHT, WRONG, Outcome, Scenario
 
 KINDS = ("planks", "wedged", "stacked", "stones", "corner", "pushed")
