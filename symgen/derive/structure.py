@@ -11,7 +11,6 @@ Which expressions of a description change during a run, by the names in them.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -24,7 +23,7 @@ from symgen.model.algebra import postorder
 from ..model import algebra
 from ..model.description import Description
 from .dynamics import applied_forces
-from .graph.evaluate import evaluate
+from .graph.evaluate import evaluate, without_pattern
 from .graph.nodes import INPUT, MOTION, T, V
 
 if TYPE_CHECKING:
@@ -63,7 +62,7 @@ def _without_effect(d: Derivation, nodes: list[int]) -> list[int]:
     order = g.reachable(nodes)
     variables = [node for node in order if g.op[node] == "var"]
     # NumPy's random numbers take longer to load than this takes.
-    numbers = iter(_without_pattern(N_TRIALS * (len(variables) + len(left))).tolist())
+    numbers = iter(without_pattern(N_TRIALS * (len(variables) + len(left))).tolist())
     for _ in range(N_TRIALS):
         if not left:
             break
@@ -175,8 +174,3 @@ class Movement:
         """Whether one of the expressions depends on more than parameters and constants."""
         nodes = postorder(expressions)
         return any(isinstance(x, algebra.Symbol) and x.name not in self._fixed for x in nodes)
-
-
-def _without_pattern(n: int) -> np.ndarray:
-    """Numbers between 0.4 and 1.2: Weyl's sequence of the golden ratio. Generators of NumPy take longer to load."""
-    return 0.4 + 0.8 * (np.arange(1, n + 1) * (0.5 * (math.sqrt(5.0) - 1.0)) % 1.0)

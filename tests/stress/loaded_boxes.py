@@ -10,10 +10,8 @@ by; events take energy, and give none.
 
 from __future__ import annotations
 
-import argparse
 import functools
 import sys
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -26,6 +24,7 @@ from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.integrate.methods import METHODS
 
 from .scenario import FLAGGED, REFUSED, RIGHT, WRONG, Outcome, Scenario
+from .trying import try_cases
 
 KINDS = ("turned", "pulled", "tall", "stack")
 G = 9.81
@@ -302,31 +301,7 @@ def scenarios() -> Iterator[Scenario]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Try cases and print a table."""
-    parser = argparse.ArgumentParser(
-        prog="python -m tests.stress.loaded_boxes", description=__doc__.splitlines()[0]
-    )
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--count", type=int, default=25, help="cases of each kind (25)")
-    parser.add_argument("--first", type=int, default=0, help="number of the first case (0)")
-    parser.add_argument("--methods", nargs="+", default=["dop853"])
-    parser.add_argument("--kinds", nargs="+", default=list(KINDS), choices=KINDS)
-    chosen = parser.parse_args(arguments)
-    wrong = 0
-    for kind in chosen.kinds:
-        counts = {method: Counter() for method in chosen.methods}
-        for number in range(chosen.first, chosen.first + chosen.count):
-            loaded = draw(chosen.seed, kind, number)
-            system = loaded.derive()
-            for method, by in counts.items():
-                verdict, why = judge(loaded, method, system)
-                by[verdict] += 1
-                wrong += verdict == WRONG
-                if verdict != RIGHT:
-                    print(f"    {kind} {number} {method}: {verdict}: {why:.400}", file=sys.stderr, flush=True)
-        for method, by in counts.items():
-            said = "  ".join(f"{verdict} {n}" for verdict, n in sorted(by.items()))
-            print(f"{kind:8} {method:8} {said}", flush=True)
-    return int(wrong > 0)
+    return try_cases(arguments, "loaded_boxes", __doc__, KINDS, draw, judge, 25)
 
 
 if __name__ == "__main__":

@@ -10,12 +10,10 @@ give none.
 
 from __future__ import annotations
 
-import argparse
 import functools
 import itertools
 import sys
 import tempfile
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -31,6 +29,7 @@ from symgen.runtime.integrate.methods import METHODS
 
 from .hulls import write_hull
 from .scenario import FLAGGED, REFUSED, RIGHT, WRONG, Outcome, Scenario
+from .trying import try_cases
 
 KINDS = ("planks", "wedged", "stacked", "stones", "corner", "pushed")
 METHOD_NAMES = ("dop853", "radau5", "rk4", "gauss8", "generalized_alpha", "bdf")
@@ -491,31 +490,7 @@ def scenarios() -> Iterator[Scenario]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Try scenes and print a table."""
-    parser = argparse.ArgumentParser(
-        prog="python -m tests.stress.touching_solids", description=__doc__.splitlines()[0]
-    )
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--count", type=int, default=10, help="scenes of each kind (10)")
-    parser.add_argument("--first", type=int, default=0, help="number of the first scene (0)")
-    parser.add_argument("--methods", nargs="+", default=["dop853"])
-    parser.add_argument("--kinds", nargs="+", default=list(KINDS), choices=KINDS)
-    chosen = parser.parse_args(arguments)
-    wrong = 0
-    for kind in chosen.kinds:
-        counts = {method: Counter() for method in chosen.methods}
-        for number in range(chosen.first, chosen.first + chosen.count):
-            scene = draw(chosen.seed, kind, number)
-            system = scene.derive()
-            for method, by in counts.items():
-                verdict, why = judge(scene, method, system)
-                by[verdict] += 1
-                wrong += verdict == WRONG
-                if verdict != RIGHT:
-                    print(f"    {kind} {number} {method}: {verdict}: {why:.400}", file=sys.stderr, flush=True)
-        for method, by in counts.items():
-            said = "  ".join(f"{verdict} {n}" for verdict, n in sorted(by.items()))
-            print(f"{kind:8} {method:8} {said}", flush=True)
-    return int(wrong > 0)
+    return try_cases(arguments, "touching_solids", __doc__, KINDS, draw, judge, 10)
 
 
 if __name__ == "__main__":

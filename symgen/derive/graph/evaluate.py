@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -49,3 +50,11 @@ def _on_arrays(name: str) -> Callable:
     if function.numpy:
         return getattr(np, function.numpy)
     return np.vectorize(function.value, otypes=[float])
+
+
+def without_pattern(n: int) -> np.ndarray:
+    """Numbers between 0.4 and 1.2 for variables that stand for any: Weyl's sequence of the golden ratio.
+
+    Random generators of NumPy take longer to load.
+    """
+    return 0.4 + 0.8 * (np.arange(1, n + 1) * (0.5 * (math.sqrt(5.0) - 1.0)) % 1.0)

@@ -10,8 +10,18 @@ from ..graph.vectors import Matrix
 from . import dense_solve, fronts
 
 
+class Step:
+    """One step of an elimination, and what it does to the numbers x of a right-hand side on the way down and back."""
+
+    def down(self, g: Graph, x: list[int]) -> None:
+        """Do to a right-hand side what the step does to the matrix."""
+
+    def back(self, g: Graph, x: list[int]) -> None:
+        """Find what the step determines from what was determined behind it."""
+
+
 @dataclass(frozen=True)
-class Pivot:
+class Pivot(Step):
     """One block step of the elimination: a single row, or a coordinate and the constraint that determines it.
 
     `inverse` is the inverse of the block on `rows`; `lower` maps each row below to its entries of L.
@@ -21,30 +31,63 @@ class Pivot:
     inverse: Matrix
     lower: dict[int, list[int]]
 
+    def down(self, g: Graph, x: list[int]) -> None:
+        for i, entries in self.lower.items():
+            for k, entry in zip(self.rows, entries, strict=True):
+                x[i] = g.sub(x[i], g.mul(entry, x[k]))
+
+    def back(self, g: Graph, x: list[int]) -> None:
+        here = [x[k] for k in self.rows]
+        for position, k in enumerate(self.rows):
+            x[k] = g.dot(self.inverse[position], here)
+            for i, entries in self.lower.items():
+                x[k] = g.sub(x[k], g.mul(entries[position], x[i]))
+
 
 @dataclass(frozen=True)
-class Substitution:
+class Substitution(Step):
     """A velocity, `node`, replaced by what it is made of: `inputs` are factors of rows and other such velocities."""
 
     node: int
     inputs: dict[int, int]
 
+    def down(self, g: Graph, x: list[int]) -> None:
+        for i, factor in self.inputs.items():
+            x[i] = g.add(x[i], g.mul(factor, x[self.node]))
+
+    def back(self, g: Graph, x: list[int]) -> None:
+        x[self.node] = g.sum(g.mul(factor, x[i]) for i, factor in self.inputs.items())
+
 
 @dataclass(frozen=True)
-class Combination:
+class Combination(Step):
     """Two constraints replaced by a c + b d and a d - b c, of which the second one is without a coordinate."""
 
     rows: tuple[int, int]
     a: int
     b: int
 
+    def down(self, g: Graph, x: list[int]) -> None:
+        c, d = (x[i] for i in self.rows)
+        x[self.rows[0]] = g.add(g.mul(self.a, c), g.mul(self.b, d))
+        x[self.rows[1]] = g.sub(g.mul(self.a, d), g.mul(self.b, c))
+
+    def back(self, g: Graph, x: list[int]) -> None:
+        c, d = (x[i] for i in self.rows)
+        x[self.rows[0]] = g.sub(g.mul(self.a, c), g.mul(self.b, d))
+        x[self.rows[1]] = g.add(g.mul(self.b, c), g.mul(self.a, d))
+
 
 @dataclass(frozen=True)
-class Weighting:
+class Weighting(Step):
     """The equation of a constraint added to those of its coordinates, times `factors`: M + w gᵀg in the place of M."""
 
     constraint: int
     factors: dict[int, int]
+
+    def down(self, g: Graph, x: list[int]) -> None:
+        for i, factor in self.factors.items():
+            x[i] = g.add(x[i], g.mul(factor, x[self.constraint]))
 
 
 @dataclass(frozen=True)
@@ -55,7 +98,7 @@ class Factors:
     1 for constraints that do not influence each other, 0 for dependent ones.
     """
 
-    pivots: list[Pivot | Substitution | Combination | Weighting]
+    pivots: list[Step]
     conditions: list[int]
     rest: tuple[int, ...] = ()  # rows that are left to a dense factorisation by loops
     dense: int = -1  # and its node
@@ -200,47 +243,14 @@ def solve(g: Graph, factors: Factors, right: list[int], along: Mapping[int, int]
     for velocity, force in (along or {}).items():
         x[factors.velocities[velocity]] = g.add(x[factors.velocities[velocity]], force)
     for step in factors.pivots:
-        if isinstance(step, Substitution):
-            for i, factor in step.inputs.items():
-                x[i] = g.add(x[i], g.mul(factor, x[step.node]))
-            continue
-        if isinstance(step, Weighting):
-            for i, factor in step.factors.items():
-                x[i] = g.add(x[i], g.mul(factor, x[step.constraint]))
-            continue
-        if isinstance(step, Combination):
-            c, d = step.rows
-            x[c], x[d] = (
-                g.add(g.mul(step.a, x[c]), g.mul(step.b, x[d])),
-                g.sub(g.mul(step.a, x[d]), g.mul(step.b, x[c])),
-            )
-            continue
-        for i, entries in step.lower.items():
-            for k, entry in zip(step.rows, entries, strict=True):
-                x[i] = g.sub(x[i], g.mul(entry, x[k]))
+        step.down(g, x)
     if factors.rest:
         by_loops = fronts.solve if factors.by_fronts else dense_solve.solve
         dense = by_loops(g, factors.dense, [x[i] for i in factors.rest])
         for i, value in zip(factors.rest, dense, strict=True):
             x[i] = value
     for step in reversed(factors.pivots):
-        if isinstance(step, Substitution):
-            x[step.node] = g.sum(g.mul(factor, x[i]) for i, factor in step.inputs.items())
-            continue
-        if isinstance(step, Weighting):
-            continue
-        if isinstance(step, Combination):
-            c, d = step.rows
-            x[c], x[d] = (
-                g.sub(g.mul(step.a, x[c]), g.mul(step.b, x[d])),
-                g.add(g.mul(step.b, x[c]), g.mul(step.a, x[d])),
-            )
-            continue
-        here = [x[k] for k in step.rows]
-        for position, k in enumerate(step.rows):
-            x[k] = g.dot(step.inverse[position], here)
-            for i, entries in step.lower.items():
-                x[k] = g.sub(x[k], g.mul(entries[position], x[i]))
+        step.back(g, x)
     return x[: len(right)]
 
 
