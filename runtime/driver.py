@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from symgen.runtime.constraints.start_values import moved_notes
 from symgen.runtime.errors import ContactError
 from symgen.runtime.event_actions import EventRecord, ResetError, end_message, tell
 from symgen.runtime.exchange import energy_error_so_far
@@ -113,6 +114,8 @@ class Run(RunState):
         arrays.frames[0] = arrays.y
         arrays.counters[at.NEXT_FRAME] = 1
         self.actions.begin()
+        if self.actions.switching is not None:
+            self.notes += moved_notes(self.actions.switching.moved, "assembly, out of stops,")
         self._take_form()
         arrays.frames[0] = arrays.y
         if self.recorder is not None:

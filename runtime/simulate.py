@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,7 @@ import numpy as np
 from symgen.runtime.checks.inertia import refuse_negative_inertia
 from symgen.runtime.choose import EXPLICIT, SERIES, choose_constraints, choose_method, choose_step
 from symgen.runtime.constraints.energy_level import choose_energy_level
-from symgen.runtime.constraints.start_values import Assembly, start_values
+from symgen.runtime.constraints.start_values import Assembly, moved_notes, start_values
 from symgen.runtime.driver import Run
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.kept_arrays import borrow, give_back, load
@@ -274,7 +274,7 @@ def _open(system: System, options: RunOptions, choice: Choice | None, began: flo
     )
     if moving:
         schedule.first_samples(system, p, options.t_start, state)
-    notes = [*found, *_moved_notes(assembly.moved), *assembly.notes]
+    notes = [*found, *moved_notes(assembly.moved), *assembly.notes]
     if system.balances:
         notes.append(f"without inertia, where the forces on it balance: {', '.join(system.balances)}")
     if moving:
@@ -363,13 +363,3 @@ def split_inputs(
 
 def _schedule(system: System, arrays: LoopArrays, method: Method, t_start: float) -> Any:
     return schedule.InputSchedule(system, arrays, method, t_start)
-
-
-def _moved_notes(moved: Sequence[tuple[str, float, float]]) -> list[str]:
-    notes = []
-    for name, before, after in moved:
-        digits = next(
-            (k for k in (9, 12, 17) if f"{before:.{k}g}" != f"{after:.{k}g}"), 17
-        )  # those that differ
-        notes.append(f"assembly moved {name} from {before:.{digits}g} to {after:.{digits}g}")
-    return notes

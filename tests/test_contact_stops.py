@@ -97,6 +97,39 @@ def test_a_start_below_a_stop_is_refused(ball_system):
         ball_system.run(t_end=1.0, method="dop853", start={"x": -0.1})
 
 
+@pytest.mark.parametrize("method", ["dop853", "taylor", "radau5"])
+def test_a_start_a_hair_inside_a_stop_is_moved_out_of_it(ball_system, method):
+    """As by numbers with eight digits: an error of the coordinate, so that it is measured in its parts."""
+    lying = ball_system.run(t_end=1.0, method=method, start={"x": -2e-8}, rtol=1e-10)
+    assert lying.ok and lying.q[-1, 0] == 0.0 and not lying.objections
+    assert [note for note in lying.notes if "stops" in note] == [
+        "assembly, out of stops, moved x from -2e-08 to 0"
+    ]
+    tilted = Model("tilted", gravity=(0, "-9.81 m/s^2"))
+    phi, x = tilted.coordinate("phi", start=0.4), tilted.coordinate("x", start=0.02)
+    tilted.body("rod", mass=1, inertia=0.01, com=(x, 0), angle=phi)
+    tilted.stop("rest", 0.005 * (phi - 0.4 - 1e-7))
+    system = tilted.derive()
+    held = system.run(t_end=0.5, method=method)
+    assert held.ok and not held.objections
+    assert abs(held.q[0, 0] - 0.4 - 1e-7) < 1e-13 and held.q[0, 1] == 0.02
+    with pytest.raises(
+        RuntimeModelError, match=r"'rest' is violated at the start: .* closed = \['rest'\] in"
+    ):
+        system.run(t_end=0.5, method=method, start={"phi": 0.4 - 1e-4})  # 5e-7 of the gap, 1e-4 of the angle
+
+
+def test_a_reset_a_hair_into_a_stop_is_moved_out_of_it():
+    model = Model("dropped")
+    x = model.coordinate("x", start=0.3)
+    model.kinetic("dot(x)^2/2")
+    model.potential("9.81*x")
+    model.stop("floor", x)
+    model.event("down", "t - 0.1", then={"reset": {x: "-1e-8", dot(x): 0}})
+    run = model.derive().run(t_end=0.5, method="dop853", rtol=1e-11)
+    assert run.ok and not run.objections and run.q[-1, 0] == 0.0
+
+
 def test_rest_and_impact_at_the_start(ball_system):
     lying = ball_system.run(t_end=1.0, method="dop853", start={"x": 0.0})
     assert lying.ok and not lying.events and lying.q[-1, 0] == 0.0

@@ -94,7 +94,7 @@ def test_steps_allocate_nothing_that_stays(cart_pole):
         return tracemalloc.get_traced_memory()[1] - begin
 
     peak(100)
-    few, many = peak(100), peak(10_100)
+    few, many = peak(100), min(peak(10_100) for _ in range(3))  # faster code may come during one of them
     tracemalloc.stop()
     # A step that left anything behind would leave 24 bytes at least; tables of the interpreter may grow once.
     assert many < few + 10_000 < 30_000  # bytes

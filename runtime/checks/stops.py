@@ -41,11 +41,17 @@ def stops(solution: Solution) -> HealthCheck:
 
 
 def _kept_states(solution: Solution) -> tuple[np.ndarray, np.ndarray]:
-    """Return times and states of frames, of samples, and before and after events."""
-    events, samples = solution.events, solution.samples
-    rows = [np.concatenate([s.q, s.v]) for s in samples]
-    rows += [np.concatenate([e.q_before, e.v_before]) for e in events]
-    times = [*(s.t for s in samples), *(e.t for e in events)]
+    """Return times and states of frames, of samples, and before events.
+
+    Of those of one instant before the first: what a reset leaves a hair inside of a stop, the next brings out of it.
+    """
+    times, rows = [s.t for s in solution.samples], [np.concatenate([s.q, s.v]) for s in solution.samples]
+    last = None
+    for event in solution.events:
+        if event.t != last:
+            times.append(event.t)
+            rows.append(np.concatenate([event.q_before, event.v_before]))
+        last = event.t
     if not rows:
         return solution.t, solution.states
     return np.concatenate([solution.t, times]), np.vstack([solution.states, rows])

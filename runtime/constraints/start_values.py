@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -75,6 +75,15 @@ def changes(
     """Return what has moved by more than round-off: name, value before and after."""
     changed = np.flatnonzero(np.abs(new - old) > _MOVED * sizes)
     return [(names[i], float(old[i]), float(new[i])) for i in changed]
+
+
+def moved_notes(moved: Sequence[tuple[str, float, float]], by: str = "assembly") -> list[str]:
+    """Return a note on each value that has moved, with as many digits as tell the two apart."""
+    notes = []
+    for name, before, after in moved:
+        digits = next((k for k in (9, 12, 17) if f"{before:.{k}g}" != f"{after:.{k}g}"), 17)
+        notes.append(f"{by} moved {name} from {before:.{digits}g} to {after:.{digits}g}")
+    return notes
 
 
 def start_values(

@@ -80,6 +80,8 @@ class Instant:
         )  # how long each is aimed or turns: an angle, a speed
         self._places_of_settings = system.settings_of_switches
         self._unpressed = np.zeros(self.n_stops, dtype=bool)  # closed stops that bear nothing yet
+        # Coordinates that were brought out of stops, from where to where.
+        self.moved: list[tuple[str, float, float]] = []
         self._last: tuple[tuple, LocalDynamics] | None = None
         # Of the equations and rates for which they were asked last: it is asked a dozen times at an event.
         self._tolerances: tuple[LocalDynamics, tuple, np.ndarray] | None = None

@@ -850,8 +850,9 @@ def _adds_energy(here: LocalDynamics, x: np.ndarray) -> bool:
     return change > _NO_GAIN * (np.abs(x) @ np.abs(here.speeds))
 
 
-# Gap at the start or behind a reset, in parts of the coordinates' sizes, from which on it is an error.
+# What a start, or what a reset leads to, may be inside a stop, as an error of coordinates in parts of their sizes.
 _VIOLATED = 1e-6
+_MOST_MOVES = 5  # of Newton's method out of stops
 _WITHIN_STEPS = 2.0  # the pull may grow while a gap opens
 _STEPS_BEFORE_REST = 1e3
 _SHORTENED = 1e-2  # of the mean step so far: a step that a turning direction has shortened
@@ -875,12 +876,13 @@ class Switching(Holding):
             A stop is violated.
         """
         self.closed = self.arrays.p[self._places_of_settings][self.layout.closed] != 0.0
-        gaps, here = self._watched()[0], self._here()
-        for i in np.flatnonzero(gaps < -_VIOLATED * here.sizes[: self.n_stops]):
+        for i, gap in self._violated():
             raise RuntimeModelError(
-                f"stop {self.names[i]!r} is violated at the start: its gap is {gaps[i]:.6g}; give a start at which it "
-                "is zero or more"
+                f"stop {self.names[i]!r} is violated at the start: its gap is {gap:.6g}; give a start at which it is "
+                f"zero or more, or guesses in place of starts, and closed = [{self.names[i]!r}] in [start]"
             )
+        self._move_out()
+        gaps, here = self._watched()[0], self._here()
         self._decide(gaps <= self._gap_tolerances(here), gaps <= self._round_off(here), self.stuck)
 
     def is_untouched(self, values: np.ndarray) -> bool:
@@ -952,11 +954,13 @@ class Switching(Holding):
         is_fired[fired] = True
         were_held, ways = self._at_rest, self.senses.copy()
         self._end_unseen_flights(is_fired[: self.n_stops])
+        if is_reset:
+            self._refuse_violated()
+            self._move_out()
         gaps = self._watched()[0]
         here = self._here()
         closed = self.closed
         if is_reset:
-            self._refuse_violated(gaps, here)
             closed = closed & (gaps <= self._gap_tolerances(here))
         struck = closed | is_fired[: self.n_stops] | (gaps <= self._round_off(here))
         near = struck | (gaps <= self._gap_tolerances(here))
@@ -981,12 +985,41 @@ class Switching(Holding):
         became = [(int(i), self._became(i, were_held[i], blown[i], came_to_rest)) for i in told]
         return [x for k, x in enumerate(became) if x[1] and self.names[x[0]] not in self._told(became[:k])]
 
-    def _refuse_violated(self, gaps: np.ndarray, here: LocalDynamics) -> None:
-        for i in np.flatnonzero(gaps < -_VIOLATED * here.sizes[: self.n_stops]):
+    def _violated(self) -> list[tuple[int, float]]:
+        """Stops that the state is inside of by more than round-off of numbers that people write, with their gaps."""
+        gaps, here = self._watched()[0], self._here()
+        coordinates = here.row_sums[: self.n_stops] * here.sizes[: self.n_stops]
+        return [(int(i), float(gaps[i])) for i in np.flatnonzero(gaps < -_VIOLATED * coordinates)]
+
+    def _refuse_violated(self) -> None:
+        for i, gap in self._violated():
             raise ContactError(
-                f"a reset at t = {self.arrays.t:.9g} s leads into stop {self.names[i]!r}: its gap is {gaps[i]:.6g} "
+                f"a reset at t = {self.arrays.t:.9g} s leads into stop {self.names[i]!r}: its gap is {gap:.6g} "
                 "behind it; reset coordinates to where it is zero or more"
             )
+
+    def _move_out(self) -> None:
+        """Move the state out of stops that it is inside of by less than that, but more than the tolerances of the run.
+
+        It moves as little as the masses allow, as in assembly; `moved` names what did.
+        """
+        nq, arrays = self.system.nq, self.arrays
+        before, inside = arrays.y[:nq].copy(), np.zeros(self.n, dtype=bool)
+        for _ in range(_MOST_MOVES):
+            gaps, here = self._watched()[0], self._here()
+            allowed = self._round_off(here) if inside.any() else self._gap_tolerances(here)
+            deep = gaps < -allowed
+            if not deep.any():
+                break
+            inside[: self.n_stops] |= deep
+            behind = np.concatenate([gaps, np.zeros(self.n - self.n_stops)])
+            arrays.y[:nq] = Positions(self.system).retract(arrays.y[:nq], here.holding(inside, behind))
+            if self.system.m or self.system.quaternions:
+                arrays.project()
+        self.moved = [
+            (self.system.coordinates[k]["name"], float(before[k]), float(arrays.y[k]))
+            for k in np.flatnonzero(arrays.y[:nq] != before)
+        ]
 
     def _keep_their_way(self, before: np.ndarray) -> np.ndarray:
         """Which frictions in planes slide in the direction of some time before."""
