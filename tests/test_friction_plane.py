@@ -388,6 +388,32 @@ def test_smooth_friction_in_a_plane(method):
     np.testing.assert_allclose([*run.q[-1], *run.v[-1]], exact, rtol=1e-6, atol=1e-7)
 
 
+@pytest.mark.parametrize("smooth", [None, 0.05])
+@pytest.mark.parametrize("by", ["stop", "constraint"])
+@pytest.mark.parametrize("method", ["taylor", "dop853", "radau5"])
+def test_a_mass_in_a_bowl_under_a_changing_load_slides_as_its_equations_say(method, by, smooth):
+    """Series took its direction for the one in which it had begun to slide."""
+    m = Model("bowl", gravity=(0, 0, "-9.81 m/s^2"))
+    x, y = m.coordinate("x", rate=2.0), m.coordinate("y", start=0.3, rate=1.0)
+    z = m.coordinate("z", start=0.0)
+    m.body("mass", mass=2.0, com=(x, y, z))
+    m.potential(3 * x**2 + 5 * y**2)
+    m.force(z, -(4 + 8 * x**2 + 3 * sin(2 * y)))
+    getattr(m, by)("floor", z)
+    given = {} if smooth is None else {"smooth": smooth}
+    m.friction("rub", speeds=[dot(x), dot(y)], coefficient=0.1, normal="floor", **given)
+    run = m.derive().run(t_end=0.6, method=method, rtol=1e-10)
+
+    def slides(_, state):
+        x, y, *v = state
+        rub = 0.1 * (2 * 9.81 + 4 + 8 * x**2 + 3 * np.sin(2 * y)) / np.hypot(np.hypot(*v), smooth or 0.0)
+        return [*v, (-6 * x - rub * v[0]) / 2, (-10 * y - rub * v[1]) / 2]
+
+    known = solve_ivp(slides, (0, 0.6), [0, 0.3, 2, 1], method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    np.testing.assert_allclose([*run.q[-1, :2], *run.v[-1, :2]], known, rtol=0, atol=3e-8)
+    assert run.ok and not run.objections and run.stats["rejected"] <= 10
+
+
 def test_a_file_round_trips():
     text = """
 name = "block"

@@ -10,6 +10,7 @@ several multipliers: `rhs` has solved them, and its accelerations and multiplier
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -75,27 +76,40 @@ def read_reactions(system: System, read: Read) -> Reactions | None:
     watched = read(graph, "switches", state)
     frictions = []
     for switch in acting:
-        coefficient, sense = _coefficient_and_sense(system, graph, watched, switch)
+        coefficient, direction = _coefficient_and_direction(system, graph, watched, switch)
         along = _sliding_row(system, graph, read, switch["name"])
         own = [names.index(name) for name in switch["normal"]]
         slopes = _slopes(system, graph, switch, [unknowns[system.nv + k] for k in own])
         weights = {k: graph.mul(coefficient, slope) for k, slope in zip(own, slopes)}
-        frictions.append(Friction({i: graph.mul(sense, node) for i, node in along.items()}, weights))
+        frictions.append(Friction({i: graph.mul(direction, node) for i, node in along.items()}, weights))
     return Reactions(graph, unknowns, frictions)
 
 
-def _coefficient_and_sense(
+def _coefficient_and_direction(
     system: System, graph: SeriesGraph, watched: Mapping[int, int], switch: Mapping[str, Any]
 ) -> tuple[int, int]:
-    """The coefficient of friction, and in which direction it slides."""
-    first = 0
-    for other in system.switches[: system.switches.index(switch)]:
-        first += N_WATCHED[other["kind"]]
-    speed, coefficient, width = (watched[first + i] for i in range(N_WATCHED["friction"]))
-    if not switch.get("smooth"):
-        return coefficient, graph.parameter(_setting(system, "sense", switch["name"]))
-    squares = graph.add(graph.mul(speed, speed), graph.mul(width, width))
-    return coefficient, graph.div(speed, graph.call("sqrt", squares))
+    """The coefficient of friction, and how much of its force acts against this speed of it."""
+    speed, coefficient, width = _watched(system, watched, switch)
+    pair = [
+        other for other in system.switches if "circle" in switch and other.get("circle") == switch["circle"]
+    ]
+    speeds = [_watched(system, watched, other)[0] for other in pair or [switch]]
+    squares = functools.reduce(graph.add, (graph.mul(s, s) for s in speeds))
+    if switch.get("smooth"):
+        return coefficient, graph.div(speed, graph.call("sqrt", graph.add(squares, graph.mul(width, width))))
+    sense = graph.parameter(_setting(system, "sense", switch["name"]))
+    if not pair:
+        return coefficient, sense
+    turns = graph.parameter(_setting(system, "turns", pair[0]["name"]))
+    along = graph.div(speed, graph.call("sqrt", squares))
+    return coefficient, graph.select("olt", graph.number(0.5), turns, along, sense)
+
+
+def _watched(system: System, watched: Mapping[int, int], switch: Mapping[str, Any]) -> list[int]:
+    """The speed of a friction, its level and the width of what is smooth."""
+    before = system.switches[: system.switches.index(switch)]
+    first = sum(N_WATCHED[other["kind"]] for other in before)
+    return [watched[first + i] for i in range(N_WATCHED["friction"])]
 
 
 def _setting(system: System, key: str, name: str) -> int:
