@@ -414,6 +414,38 @@ def test_a_mass_in_a_bowl_under_a_changing_load_slides_as_its_equations_say(meth
     assert run.ok and not run.objections and run.stats["rejected"] <= 10
 
 
+@pytest.mark.parametrize("law", ["smooth", "creep"])
+@pytest.mark.parametrize("in_a_plane", [False, True])
+@pytest.mark.parametrize("method", ["taylor", "dop853", "radau5"])
+def test_soft_friction_may_fall_with_the_speed(law, in_a_plane, method):
+    if (law, method) == ("creep", "taylor"):
+        pytest.skip("a law that ends at a speed has no series")
+    m = Model("stribeck")
+    x, y = m.coordinate("x", rate=2.0), m.coordinate("y", start=0.3, rate=1.0)
+    m.body("mass", mass=2.0, com=(x, y))
+    m.potential(3 * x**2 + 5 * y**2)
+    squares = dot(x) ** 2 + (dot(y) ** 2 if in_a_plane else 0)
+    m.definition("fast", squares)
+    rubs = {"speeds": [dot(x), dot(y)]} if in_a_plane else {"speed": dot(x)}
+    m.friction("rub", **rubs, force="2*(1 + 0.6*exp(-fast)) + 0.4*sqrt(fast + 0.01)", **{law: 0.05})
+    run = m.derive().run(t_end=2.0, method=method, rtol=1e-10)
+
+    def motion(_, state):
+        x, y, u, v = state
+        fast = u * u + in_a_plane * v * v
+        part = min(np.sqrt(fast) / 0.05, 1.0)
+        share = {
+            "smooth": 1 / np.sqrt(fast + 0.05**2),
+            "creep": (3 - 3 * part + part**2) / max(np.sqrt(fast), 0.05),
+        }
+        force = (2 * (1 + 0.6 * np.exp(-fast)) + 0.4 * np.sqrt(fast + 0.01)) * share[law]
+        return [u, v, (-6 * x - force * u) / 2, (-10 * y - in_a_plane * force * v) / 2]
+
+    known = solve_ivp(motion, (0, 2), [0, 0.3, 2, 1], method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    np.testing.assert_allclose([*run.q[-1], *run.v[-1]], known, rtol=0, atol=3e-8)
+    assert run.ok and not run.objections
+
+
 def test_a_file_round_trips():
     text = """
 name = "block"

@@ -40,9 +40,8 @@ from typing import Any
 from symgen.runtime.graph.layouts import settings_of
 
 from ..model import algebra
-from ..model.contact_laws import creep_share, smooth_friction
+from ..model.contact_laws import changes_with_rates, creep_share, smooth_friction
 from ..model.description import Constraint, Description, Event, Friction, Input, Stop
-from ..model.expression_tree import uses
 from ..model.functions import minimum
 from .graph.differentiate import forward, jacobian
 from .graph.graph import Graph
@@ -231,22 +230,10 @@ class Switches:
                 frictions.append(record)
         return stops + frictions
 
-    def is_by_speed(self, f: Friction) -> bool:
-        """Whether a friction that is no reaction's share changes with rates."""
-        d = self.description
-        rates = {r.name for r in d.rates if not r.state}
-        definitions, waiting, seen = dict(d.definitions), [] if f.normal else [f.level], set()
-        while waiting:
-            found = uses(waiting.pop())
-            if found.has_dot or found.names & rates:
-                return True
-            waiting += [definitions[name] for name in found.names & definitions.keys() - seen]
-            seen |= found.names
-        return False
-
     def _is_by_power(self, f: Friction) -> bool:
         """Whether the force of a friction is given with the speed that it works on, not by a Rayleigh function."""
-        return f.across is not None or f.creeps or self.is_by_speed(f)
+        by_speed = not f.normal and changes_with_rates(f.level, self.description)
+        return f.across is not None or f.creeps or by_speed
 
     def form(self) -> Description:
         """The description in this form."""

@@ -8,6 +8,7 @@ from dataclasses import replace
 from ..errors import nearest
 from . import algebra
 from .description import Bristle, Contact, Description, Friction, Stop
+from .expression_tree import uses
 from .functions import dot, maximum, minimum, smooth_minimum
 from .ready_made import HALF
 from .sources import Sources
@@ -24,13 +25,19 @@ def with_contact_laws(d: Description, sources: Sources) -> Description:
         potential.append(_elastic_energy(c))
         dissipation += _contact_losses(c)
     smooth = [f for f in d.frictions if f.smooth is not None and not f.normal]
-    dissipation += [smooth_friction(f.level, f.speeds, f.smooth) for f in smooth if not f.creeps]
-    creeping = [(s, _creep_force(f, s)) for f in smooth if f.creeps for s in f.speeds]
+    # The derivative of a Rayleigh function is its force only where the level knows no rates.
+    by_force = [f for f in smooth if f.creeps or changes_with_rates(f.level, d)]
+    dissipation += [smooth_friction(f.level, f.speeds, f.smooth) for f in smooth if f not in by_force]
+    giving_way = [(s, _soft_force(f, s)) for f in by_force for s in f.speeds]
     return replace(
         d,
         potential=_sum(potential),
         dissipation=_sum(dissipation),
-        rubbing=(*d.rubbing, *creeping, *((b.speed, negated(algebra.Symbol(b.made[1]))) for b in d.bristles)),
+        rubbing=(
+            *d.rubbing,
+            *giving_way,
+            *((b.speed, negated(algebra.Symbol(b.made[1]))) for b in d.bristles),
+        ),
         contacts=(),
         frictions=tuple(f for f in d.frictions if f not in smooth),
         stops=(*d.stops, *_limit_stops(d, sources)),
@@ -83,8 +90,27 @@ def creep_share(speeds: Sequence[algebra.Expr], width: algebra.Expr) -> algebra.
     return (3 - 3 * part + part**2) / maximum(size, width)
 
 
-def _creep_force(f: Friction, speed: algebra.Expr) -> algebra.Expr:
-    return negated(product([f.level, creep_share(f.speeds, f.smooth), speed]))
+def smooth_share(speeds: Sequence[algebra.Expr], width: algebra.Expr) -> algebra.Expr:
+    """What makes of speeds the part of a smooth friction that acts against each: 1/sqrt(s^2 + width^2)."""
+    return 1 / algebra.sqrt(algebra.Add(*(s**2 for s in speeds)) + width**2)
+
+
+def changes_with_rates(expression: algebra.Expr, d: Description) -> bool:
+    """Whether an expression has rates, by itself or through definitions."""
+    rates = {r.name for r in d.rates if not r.state}
+    definitions, waiting, seen = dict(d.definitions), [expression], set()
+    while waiting:
+        found = uses(waiting.pop())
+        if found.has_dot or found.names & rates:
+            return True
+        waiting += [definitions[name] for name in found.names & definitions.keys() - seen]
+        seen |= found.names
+    return False
+
+
+def _soft_force(f: Friction, speed: algebra.Expr) -> algebra.Expr:
+    share = creep_share if f.creeps else smooth_share
+    return negated(product([f.level, share(f.speeds, f.smooth), speed]))
 
 
 def bristle_laws(b: Bristle) -> tuple[algebra.Expr, algebra.Expr]:

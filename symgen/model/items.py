@@ -124,7 +124,8 @@ SPEED = Role("a sliding speed", (INPUTS, STATES), "prescribed motion is written 
 LEVEL = Role(
     "a friction force",
     (RATES,),
-    "give 'static', the force while it sticks, as well; alone it is made of coordinates, inputs, parameters and t",
+    "give 'static', the force while it sticks, as well, or 'smooth'; alone it is made of coordinates, inputs, "
+    "parameters and t",
 )
 STICKING = Role(
     "what a friction takes while it sticks", (RATES,), "it is made of coordinates, inputs, parameters and t"
@@ -452,7 +453,7 @@ def _contact_items(d: Description) -> Iterator[Item]:
         else:
             yield from (Item(table, f"speeds[{k}]", s, SPEED) for k, s in enumerate(f.speeds))
         # What slides may know how fast; what sticks needs a force of its own.
-        sliding = LEVEL if f.static is None else SLIDING
+        sliding = LEVEL if f.static is None and f.smooth is None else SLIDING
         yield Item(table, "coefficient" if f.normal else "force", f.level, sliding)
         if f.static is not None:
             yield Item(table, "static", f.static, STICKING)
