@@ -548,6 +548,50 @@ def test_what_has_no_part_in_the_equations_stays_while_a_parameter_is_found(inpu
         np.testing.assert_allclose(run.q[0], [0.3, 0.9, 0.0], atol=1e-9)
 
 
+BESIDE = """
+name = "beside"
+[parameters]
+k = 50.0
+[coordinates]
+z = { unit = "m", GUESS = 0.3 }
+phi = { guess = 0.4, rate_guess = 0.5 }
+x = { unit = "m", guess = 0.2 }
+[bodies.block]
+mass = 2
+com = ["-3", "-z"]
+[bodies.cart]
+mass = 1
+com = ["x", 0]
+[bodies.bob]
+mass = 1.5
+com = ["x + 0.5*sin(phi)", "-0.5*cos(phi)"]
+[energy]
+potential = "k*z^2/2 + 20*x^2"
+[forces]
+phi = "-0.2*dot(phi)"
+[gravity]
+y = "-9.81 m/s^2"
+[start]
+"""
+
+
+@pytest.mark.parametrize(
+    ("guess", "start", "z", "k"),
+    [
+        ("start", 'equations = ["acceleration(z) = 1"]\nfind = ["k"]', 0.3, 17.62 / 0.3),
+        ("guess", 'equations = ["acceleration(z) = 1"]', 17.62 / 50.0, 50.0),
+        ("guess", 'steady = ["z"]', 19.62 / 50.0, 50.0),
+    ],
+)
+def test_what_a_condition_of_forces_does_not_name_stays(guess, start, z, k):
+    """A pendulum beside the block that the condition is about had moved to where it accelerates less."""
+    run = derive(read_text(BESIDE.replace("GUESS", guess) + start)).run(0.01)
+    assert run["z"][0] == pytest.approx(z, rel=1e-9)
+    assert run.parameters["k"] == pytest.approx(k, rel=1e-9)
+    assert np.abs(run.q[0, 1:] - [0.4, 0.2]).max() < 1e-15
+    assert np.abs(run.v[0, 1:] - [0.5, 0.0]).max() < 1e-15
+
+
 TURNED = """
 name = "turned"
 [bodies.slide]

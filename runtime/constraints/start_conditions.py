@@ -39,6 +39,7 @@ _PASSES = 4  # of a solution by scales that follow it
 _REACH = 10.0  # of a parameter's guess: how far a step may go
 _TAKES_PART = 1e-3  # of the largest residual: a condition that is named
 _UNDETERMINED = 1e-6  # of a direction that changes nothing: a parameter in it is not determined
+_FOLLOWS = 1e-3  # of its part in the conditions: what an acceleration or force weighs
 _NO_SIZE = 1e-300
 _SLOW = 1e-2  # of the fastest: rates and accelerations whose last digits are those of the others
 
@@ -253,6 +254,7 @@ class _Start:
         rows = self.rows
         levels = np.array(self.header["levels"], dtype=int)
         of_positions = np.concatenate([rows["position"], rows["equation"][levels < _RATES], rows["gap"]])
+        of_rates = np.concatenate([rows["velocity"], rows["equation"][levels == _RATES], rows["closing"]])
         everything = np.arange(sum(len(part) for part in rows.values()))
         others = np.setdiff1d(everything, of_positions)
         if not self.header["balance"]:
@@ -261,7 +263,14 @@ class _Start:
         if not self._solve(of_positions, x):
             self._solve(of_positions, x | parameters)
         rates = v | a | forces | parameters
-        if not (self._solve(others, rates) and self._holds(of_positions)):
+        # Rates move for what is about rates; accelerations and forces follow, and are no reason to move any.
+        guesses = self.z
+        met = self._solve(of_rates, v)
+        met = met and any(self._solve(others, free) for free in (a | forces, a | forces | parameters))
+        if not met:
+            self.z = guesses
+            met = self._solve(others, rates)
+        if not (met and self._holds(of_positions)):
             self._solve(everything, x | rates)
         if not self._holds(everything):
             raise self._contradiction(x | v | parameters)
@@ -294,17 +303,37 @@ class _Start:
             problem = self._problem(z, rows, free, self._scales(z, 1.0)[rows])
             spread = np.where(np.isfinite(problem.sizes), problem.sizes, self._spread[free])
             z[free] = solve_with_restarts(problem, z[free], spread)
-            if worst(self.conditions(z)[rows] / self._scales(z)[rows]) <= SOLVED:
+            if self._holds(rows, z):
                 break
-        solved = worst(self.conditions(z)[rows] / self._scales(z)[rows]) <= SOLVED
+        solved = self._holds(rows, z)
+        if solved:
+            z = self._nearer(z, rows, free)
         if solved or free[self._part(0)].any():
             self.z = z
         return solved
 
-    def _holds(self, rows: np.ndarray) -> bool:
-        """Whether some of the conditions hold to round-off."""
+    def _nearer(self, z: np.ndarray, rows: np.ndarray, free: np.ndarray) -> np.ndarray:
+        """Return a solution nearer to the guesses: accelerations and forces begin where they are, and weigh nothing."""
+        followers = slice(self.parts[2], self.parts[4])
+        if not (free[followers].any() and free[: self.parts[2]].any()):
+            return z
+        for _ in range(_PASSES):
+            nearer = self.z.copy()
+            nearer[followers] = z[followers]
+            problem = self._problem(z, rows, free, self._scales(z, 1.0)[rows])
+            nearer[free] = solve_with_restarts(problem, nearer[free])
+            if not self._holds(rows, nearer):
+                break
+            z, last = nearer, z
+            if np.array_equal(z, last):
+                break
+        return z
+
+    def _holds(self, rows: np.ndarray, z: np.ndarray | None = None) -> bool:
+        """Whether some of the conditions hold to round-off, at the start as it is or at another one."""
+        z = self.z if z is None else z
         with np.errstate(invalid="ignore", over="ignore"):
-            off = self.conditions(self.z)[rows] / self._scales(self.z)[rows]
+            off = self.conditions(z)[rows] / self._scales(z)[rows]
         return worst(off) <= SOLVED
 
     def _problem(self, z: np.ndarray, rows: np.ndarray, free: np.ndarray, scales: np.ndarray) -> Problem:
@@ -325,12 +354,13 @@ class _Start:
     def _metric(self, z: np.ndarray, free: np.ndarray, jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the factor of the metric, and the sizes of what is free: displacements count by the mass they move.
 
-        Forces and accelerations have no size: what they are follows.
+        Forces and accelerations have no size: what they are follows, and next to nothing is given up for small ones.
         """
         places = np.flatnonzero(free)
         part = np.searchsorted(self.parts, places, side="right") - 1
         largest = np.abs(jacobian).max(axis=0, initial=0.0)
         diagonal = np.where(largest > 0.0, largest, 1.0)
+        diagonal[(part == 2) | (part == 3)] *= _FOLLOWS
         sizes = np.full(len(places), np.inf)
         of_displacements, of_parameters = part == 0, part == 4
         sizes[of_displacements] = self.sizes[places[of_displacements]]
