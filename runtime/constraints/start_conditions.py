@@ -8,7 +8,7 @@ found meets the constraints, so that assembly leaves it as it is.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -41,6 +41,7 @@ _TAKES_PART = 1e-3  # of the largest residual: a condition that is named
 _UNDETERMINED = 1e-6  # of a direction that changes nothing: a parameter in it is not determined
 _FOLLOWS = 1e-3  # of its part in the conditions: what an acceleration or force weighs
 _NO_SIZE = 1e-300
+_SPREAD = 0.1  # of what is near: places at which all is told that has to do with each other
 _SLOW = 1e-2  # of the fastest: rates and accelerations whose last digits are those of the others
 
 
@@ -131,6 +132,20 @@ def meet(system: System, p: np.ndarray, given: StartValues, t: float, sought: tu
     # nearest to the conditions from anywhere, those too that have no part in these.
     own = remembered(system, key(met.p, ()), lambda: _Start(system, met.p, given, float(t), ()).met())
     return met._replace(values=own.values, moved=own.moved)
+
+
+def _connected(links: np.ndarray) -> Iterator[np.ndarray]:
+    """Yield which places belong together, by a symmetric matrix of those that are linked."""
+    left = np.ones(len(links), dtype=bool)
+    while left.any():
+        part = np.zeros(len(links), dtype=bool)
+        part[np.argmax(left)] = True
+        added = part
+        while added.any():
+            added = links[added].any(axis=0) & ~part
+            part = part | added
+        left &= ~part
+        yield part
 
 
 class _Start:
@@ -247,19 +262,75 @@ class _Start:
     def met(self) -> Met:
         """Return the start."""
         self._check_finite()
+        x, v, a, forces, parameters = self._free()
+        everything = np.arange(sum(len(part) for part in self.rows.values()))
+        for rows, columns in self._blocks(everything):
+            self._meet(rows, *(part & columns for part in (x, v, a, forces, parameters)))
+        if not self._holds(everything):
+            raise self._contradiction(x | v | parameters)
+        self._check_parameters(x | v | a | forces | parameters)
+        return self._result()
+
+    def _free(self) -> tuple[np.ndarray, ...]:
+        """What may move of displacements, rates, accelerations, forces and parameters."""
         x, v, a, forces, parameters = (self._mask(k) for k in range(5))
         x[self._part(0)] = ~self.positions.held(self.given.q_enforced)
         v[self._part(1)] = ~self.given.v_enforced & ~self.resting
         a[self._part(2)] = ~self._steady()
+        if not self.header["balance"]:
+            a[:] = forces[:] = False
+        forces &= self._acting()
+        return x, v, a, forces, parameters
+
+    def _blocks(self, everything: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Return conditions that have to do with each other, and what is in them.
+
+        What moves for one part of a model leaves those where they are that have nothing to do with it.
+        """
+        random = np.random.default_rng(20240229)
+        reach = np.where(self.z != 0.0, np.abs(self.z), 1.0)
+        reach[self._part(0)] = self.sizes
+        some = [
+            self.z,
+            *(self.z + _SPREAD * reach * random.uniform(-1.0, 1.0, len(self.z)) for _ in range(2)),
+        ]
+        pattern = sum(np.abs(self.derivatives(z)) for z in some)
+        mass = sum(np.abs(self._mass_at(z)) for z in some)
+        if not (np.isfinite(pattern).all() and np.isfinite(mass).all()):
+            return [(everything, np.ones(len(self.z), dtype=bool))]
+        n, n_rows = len(self.z), len(everything)
+        links = np.zeros((n + n_rows, n + n_rows), dtype=bool)
+        links[n:, :n] = pattern != 0.0
+        for k in (0, 1):  # a mass that one moves is one by which distances count
+            links[self._part(k), self._part(k)] = mass != 0.0
+            links[self._part(k), self._part(0)] |= np.eye(self.system.nv, dtype=bool)
+        parts = [(part[n:], part[:n]) for part in _connected(links | links.T)]
+        return [(everything[rows], columns) for rows, columns in parts if rows.any()]
+
+    def _mass_at(self, z: np.ndarray) -> np.ndarray:
+        """Return the mass matrix."""
+        y, p = self._y(z)
+        return Constraints(self.system, p, self.t).mass(self.positions.normalised(y[: self.system.nq]))
+
+    def _meet(
+        self,
+        everything: np.ndarray,
+        x: np.ndarray,
+        v: np.ndarray,
+        a: np.ndarray,
+        forces: np.ndarray,
+        parameters: np.ndarray,
+    ) -> None:
+        """Move what is free of a block until its conditions hold, as far as they can."""
         rows = self.rows
         levels = np.array(self.header["levels"], dtype=int)
         of_positions = np.concatenate([rows["position"], rows["equation"][levels < _RATES], rows["gap"]])
         of_rates = np.concatenate([rows["velocity"], rows["equation"][levels == _RATES], rows["closing"]])
-        everything = np.arange(sum(len(part) for part in rows.values()))
+        of_positions, of_rates = (
+            np.intersect1d(of_positions, everything),
+            np.intersect1d(of_rates, everything),
+        )
         others = np.setdiff1d(everything, of_positions)
-        if not self.header["balance"]:
-            a[:] = forces[:] = False
-        forces &= self._acting()
         if not self._solve(of_positions, x):
             self._solve(of_positions, x | parameters)
         rates = v | a | forces | parameters
@@ -272,10 +343,6 @@ class _Start:
             met = self._solve(others, rates)
         if not (met and self._holds(of_positions)):
             self._solve(everything, x | rates)
-        if not self._holds(everything):
-            raise self._contradiction(x | v | parameters)
-        self._check_parameters(x | rates)
-        return self._result()
 
     def _mask(self, part: int) -> np.ndarray:
         found = np.zeros(self.parts[-1], dtype=bool)
