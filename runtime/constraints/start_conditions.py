@@ -434,10 +434,11 @@ class _Start:
         guesses = np.abs(self.p[list(self.sought)])[places[of_parameters] - self.parts[4]]
         sizes[of_parameters] = _REACH * np.where(guesses > 0.0, guesses, 1.0)
         factor = np.diag(diagonal)
-        for k in (0, 1):
+        # Rates count at the positions that are found, as in an assembly.
+        for k, mass in ((0, self.mass), (1, self._mass_at(z))):
             own, moved = np.flatnonzero(part == k), places[part == k] - self.parts[k]
             if own.size:
-                block = metric(self.mass[np.ix_(moved, moved)])
+                block = metric(mass[np.ix_(moved, moved)])
                 size = np.linalg.norm(block.T @ self.sizes[moved])
                 factor[np.ix_(own, own)] = block / size
         return factor, sizes
