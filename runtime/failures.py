@@ -37,7 +37,9 @@ NEARLY_DEPENDENT = 1e-2  # methods that do not pass such a configuration may sto
 _MOST_NAMES = 12  # of constraints in a sentence
 _ROUND_OFF_RULES = 0.1  # steps that fall to nothing in front of one do so farther off, where round-off shows
 _OF_TOLERANCE = 1e-3  # that Newton's iteration leaves
-_STEPS_AHEAD, _PLACES_AHEAD = 3, 60  # Newton's iteration fails before constraints depend on each other
+_STEPS_AHEAD = 3  # Newton's iteration fails before constraints depend on each other
+_FEWEST_PLACES, _MOST_PLACES = 60, 1500
+_BETWEEN_PLACES = NEARLY_DEPENDENT / 3  # of the coordinates' sizes: what is nearly dependent is wider
 _BY_ITSELF = (at.STEP_TOO_SMALL, at.SINGULAR_MATRIX, at.NOT_FINITE, at.NEWTON_FAILED)
 
 
@@ -189,12 +191,19 @@ def _on_the_way(system: System, method: Method, arrays: LoopArrays) -> Iterator[
         return
     a = np.nan_to_num(_row(system, arrays)[system.nq : system.nq + system.nv], posinf=0.0, neginf=0.0)
     positions = Positions(system)
-    for part in np.linspace(0.0, _STEPS_AHEAD, _PLACES_AHEAD + 1)[1:] * h:
+    for part in np.linspace(0.0, _STEPS_AHEAD, _places_ahead(system, arrays, q, h * v) + 1)[1:] * h:
         with np.errstate(over="ignore", invalid="ignore"):  # a run may fail for running away
             there = positions.retract(q, part * v + 0.5 * part**2 * a)
         if not np.isfinite(there).all():
             return
         yield there
+
+
+def _places_ahead(system: System, arrays: LoopArrays, q: np.ndarray, change: np.ndarray) -> int:
+    """Return at how many places of the way ahead constraints are looked at; a step changes coordinates by so much."""
+    sizes = levels.Constraints(system, arrays.p, arrays.t).characteristic_sizes(q)
+    places = _STEPS_AHEAD * np.max(np.abs(change) / sizes) / _BETWEEN_PLACES
+    return int(np.clip(np.ceil(places), _FEWEST_PLACES, _MOST_PLACES))
 
 
 def _step_too_small(system: System, method: Method, arrays: LoopArrays, when: str) -> str:

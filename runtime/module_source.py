@@ -117,6 +117,10 @@ class ModuleSource:
     def renamed(self, header: dict[str, Any], names: Mapping[str, str]) -> ModuleSource:
         """Return the module of a model that has some functions in the places of others: by name here, name there."""
         moved = set(names.values())
+        # The form with stops as constraints need not have a `solve` of its own; that of the other one is none for it.
+        moved |= {
+            name for name, there in names.items() if there not in self.functions and there not in self.late
+        }
         functions, lines, facts = (
             {name: x for name, x in old.items() if name not in moved}
             | {n: old[there] for n, there in names.items() if there in old}

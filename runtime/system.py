@@ -295,7 +295,7 @@ class System(ModelFunctions):
     def closed(self) -> System:
         """The same model with its stops and frictions as constraints that `p` switches on and off."""
         if "_closed" not in self.__dict__:
-            names = {name: CLOSED + name for name in SWITCHED}
+            names = {name: CLOSED + name for name in (*SWITCHED, "solve")}
             closed = System(self.source.renamed(closed_header(self.source.header), names))
             self.__dict__.setdefault("_closed", closed)
         return self.__dict__["_closed"]

@@ -219,6 +219,14 @@ def test_forms_that_do_not_pass_say_so():
         np.testing.assert_allclose(run.q[-1], [-15.0, 0.0, -15.0], rtol=0, atol=1e-6)
 
 
+@pytest.mark.parametrize("part", [0.8, 0.5])
+def test_long_steps_into_a_change_point_say_so(part):
+    """Places that were looked at on the way ahead lay on both sides of it: half of that step said "try a smaller"."""
+    windows = derive(load(find("n_four_bar"), {"N": "2"}))
+    run = windows.run(1.5, method="gauss16", step=part * 0.1326612038920836)
+    assert run.status == "failed" and "nearly depend on each other" in run.message
+
+
 @pytest.mark.parametrize(
     ("method", "step"),
     [("rattle6", 0.0186), ("rattle6", 0.00275), ("generalized_alpha", 0.00275), ("hht", 0.02)],

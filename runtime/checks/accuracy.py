@@ -153,9 +153,16 @@ def _entry(solution: Solution, found: ErrorEstimate) -> HealthCheck:
     )
     said = off if found.known else f"{off} at the end, as parts of the run, integrated again, say"
     if error <= LARGEST_ERROR:
-        beyond = f"; what {found.unseen} jumps of rates beyond these make of it is not known"
+        beyond = ""
+        if found.unseen:
+            beyond = f"; what {found.unseen} jumps of rates beyond these make of it is not known"
+            if solution.system.switches:
+                # A rebound that is taken for rest is as fast as a fall over an error of the gap.
+                of_rest = min(float(np.sqrt(solution.rtol)), LARGEST_ERROR)
+                error = max(error, of_rest)
+                beyond += f": where ever smaller rebounds become rest, about {of_rest:.1g}"
         return AccuracyCheck(
-            "accuracy", True, error, LARGEST_ERROR, f"at most, {said}{beyond if found.unseen else ''}",
+            "accuracy", True, error, LARGEST_ERROR, f"at most, {said}{beyond}",
             sees_drift=found.known or found.has_drift, sees_all=found.known,
         )  # fmt: skip
     beyond = f"by more than {LARGEST_ERROR:.0%} from t = {found.until(LARGEST_ERROR):.4g} s on"

@@ -8,7 +8,7 @@ found meets the constraints, so that assembly leaves it as it is.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -39,7 +39,9 @@ _PASSES = 4  # of a solution by scales that follow it
 _REACH = 10.0  # of a parameter's guess: how far a step may go
 _TAKES_PART = 1e-3  # of the largest residual: a condition that is named
 _UNDETERMINED = 1e-6  # of a direction that changes nothing: a parameter in it is not determined
+_FOLLOWS = 1e-3  # of its part in the conditions: what an acceleration or force weighs
 _NO_SIZE = 1e-300
+_SPREAD = 0.1  # of what is near: places at which all is told that has to do with each other
 _SLOW = 1e-2  # of the fastest: rates and accelerations whose last digits are those of the others
 
 
@@ -130,6 +132,20 @@ def meet(system: System, p: np.ndarray, given: StartValues, t: float, sought: tu
     # nearest to the conditions from anywhere, those too that have no part in these.
     own = remembered(system, key(met.p, ()), lambda: _Start(system, met.p, given, float(t), ()).met())
     return met._replace(values=own.values, moved=own.moved)
+
+
+def _connected(links: np.ndarray) -> Iterator[np.ndarray]:
+    """Yield which places belong together, by a symmetric matrix of those that are linked."""
+    left = np.ones(len(links), dtype=bool)
+    while left.any():
+        part = np.zeros(len(links), dtype=bool)
+        part[np.argmax(left)] = True
+        added = part
+        while added.any():
+            added = links[added].any(axis=0) & ~part
+            part = part | added
+        left &= ~part
+        yield part
 
 
 class _Start:
@@ -246,27 +262,87 @@ class _Start:
     def met(self) -> Met:
         """Return the start."""
         self._check_finite()
+        x, v, a, forces, parameters = self._free()
+        everything = np.arange(sum(len(part) for part in self.rows.values()))
+        for rows, columns in self._blocks(everything):
+            self._meet(rows, *(part & columns for part in (x, v, a, forces, parameters)))
+        if not self._holds(everything):
+            raise self._contradiction(x | v | parameters)
+        self._check_parameters(x | v | a | forces | parameters)
+        return self._result()
+
+    def _free(self) -> tuple[np.ndarray, ...]:
+        """What may move of displacements, rates, accelerations, forces and parameters."""
         x, v, a, forces, parameters = (self._mask(k) for k in range(5))
         x[self._part(0)] = ~self.positions.held(self.given.q_enforced)
         v[self._part(1)] = ~self.given.v_enforced & ~self.resting
         a[self._part(2)] = ~self._steady()
-        rows = self.rows
-        levels = np.array(self.header["levels"], dtype=int)
-        of_positions = np.concatenate([rows["position"], rows["equation"][levels < _RATES], rows["gap"]])
-        everything = np.arange(sum(len(part) for part in rows.values()))
-        others = np.setdiff1d(everything, of_positions)
         if not self.header["balance"]:
             a[:] = forces[:] = False
         forces &= self._acting()
+        return x, v, a, forces, parameters
+
+    def _blocks(self, everything: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Return conditions that have to do with each other, and what is in them.
+
+        What moves for one part of a model leaves those where they are that have nothing to do with it.
+        """
+        random = np.random.default_rng(20240229)
+        reach = np.where(self.z != 0.0, np.abs(self.z), 1.0)
+        reach[self._part(0)] = self.sizes
+        some = [
+            self.z,
+            *(self.z + _SPREAD * reach * random.uniform(-1.0, 1.0, len(self.z)) for _ in range(2)),
+        ]
+        pattern = sum(np.abs(self.derivatives(z)) for z in some)
+        mass = sum(np.abs(self._mass_at(z)) for z in some)
+        if not (np.isfinite(pattern).all() and np.isfinite(mass).all()):
+            return [(everything, np.ones(len(self.z), dtype=bool))]
+        n, n_rows = len(self.z), len(everything)
+        links = np.zeros((n + n_rows, n + n_rows), dtype=bool)
+        links[n:, :n] = pattern != 0.0
+        for k in (0, 1):  # a mass that one moves is one by which distances count
+            links[self._part(k), self._part(k)] = mass != 0.0
+            links[self._part(k), self._part(0)] |= np.eye(self.system.nv, dtype=bool)
+        parts = [(part[n:], part[:n]) for part in _connected(links | links.T)]
+        return [(everything[rows], columns) for rows, columns in parts if rows.any()]
+
+    def _mass_at(self, z: np.ndarray) -> np.ndarray:
+        """Return the mass matrix."""
+        y, p = self._y(z)
+        return Constraints(self.system, p, self.t).mass(self.positions.normalised(y[: self.system.nq]))
+
+    def _meet(
+        self,
+        everything: np.ndarray,
+        x: np.ndarray,
+        v: np.ndarray,
+        a: np.ndarray,
+        forces: np.ndarray,
+        parameters: np.ndarray,
+    ) -> None:
+        """Move what is free of a block until its conditions hold, as far as they can."""
+        rows = self.rows
+        levels = np.array(self.header["levels"], dtype=int)
+        of_positions = np.concatenate([rows["position"], rows["equation"][levels < _RATES], rows["gap"]])
+        of_rates = np.concatenate([rows["velocity"], rows["equation"][levels == _RATES], rows["closing"]])
+        of_positions, of_rates = (
+            np.intersect1d(of_positions, everything),
+            np.intersect1d(of_rates, everything),
+        )
+        others = np.setdiff1d(everything, of_positions)
         if not self._solve(of_positions, x):
             self._solve(of_positions, x | parameters)
         rates = v | a | forces | parameters
-        if not (self._solve(others, rates) and self._holds(of_positions)):
+        # Rates move for what is about rates; accelerations and forces follow, and are no reason to move any.
+        guesses = self.z
+        met = self._solve(of_rates, v)
+        met = met and any(self._solve(others, free) for free in (a | forces, a | forces | parameters))
+        if not met:
+            self.z = guesses
+            met = self._solve(others, rates)
+        if not (met and self._holds(of_positions)):
             self._solve(everything, x | rates)
-        if not self._holds(everything):
-            raise self._contradiction(x | v | parameters)
-        self._check_parameters(x | rates)
-        return self._result()
 
     def _mask(self, part: int) -> np.ndarray:
         found = np.zeros(self.parts[-1], dtype=bool)
@@ -294,17 +370,37 @@ class _Start:
             problem = self._problem(z, rows, free, self._scales(z, 1.0)[rows])
             spread = np.where(np.isfinite(problem.sizes), problem.sizes, self._spread[free])
             z[free] = solve_with_restarts(problem, z[free], spread)
-            if worst(self.conditions(z)[rows] / self._scales(z)[rows]) <= SOLVED:
+            if self._holds(rows, z):
                 break
-        solved = worst(self.conditions(z)[rows] / self._scales(z)[rows]) <= SOLVED
+        solved = self._holds(rows, z)
+        if solved:
+            z = self._nearer(z, rows, free)
         if solved or free[self._part(0)].any():
             self.z = z
         return solved
 
-    def _holds(self, rows: np.ndarray) -> bool:
-        """Whether some of the conditions hold to round-off."""
+    def _nearer(self, z: np.ndarray, rows: np.ndarray, free: np.ndarray) -> np.ndarray:
+        """Return a solution nearer to the guesses: accelerations and forces begin where they are, and weigh nothing."""
+        followers = slice(self.parts[2], self.parts[4])
+        if not (free[followers].any() and free[: self.parts[2]].any()):
+            return z
+        for _ in range(_PASSES):
+            nearer = self.z.copy()
+            nearer[followers] = z[followers]
+            problem = self._problem(z, rows, free, self._scales(z, 1.0)[rows])
+            nearer[free] = solve_with_restarts(problem, nearer[free])
+            if not self._holds(rows, nearer):
+                break
+            z, last = nearer, z
+            if np.array_equal(z, last):
+                break
+        return z
+
+    def _holds(self, rows: np.ndarray, z: np.ndarray | None = None) -> bool:
+        """Whether some of the conditions hold to round-off, at the start as it is or at another one."""
+        z = self.z if z is None else z
         with np.errstate(invalid="ignore", over="ignore"):
-            off = self.conditions(self.z)[rows] / self._scales(self.z)[rows]
+            off = self.conditions(z)[rows] / self._scales(z)[rows]
         return worst(off) <= SOLVED
 
     def _problem(self, z: np.ndarray, rows: np.ndarray, free: np.ndarray, scales: np.ndarray) -> Problem:
@@ -325,22 +421,24 @@ class _Start:
     def _metric(self, z: np.ndarray, free: np.ndarray, jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the factor of the metric, and the sizes of what is free: displacements count by the mass they move.
 
-        Forces and accelerations have no size: what they are follows.
+        Forces and accelerations have no size: what they are follows, and next to nothing is given up for small ones.
         """
         places = np.flatnonzero(free)
         part = np.searchsorted(self.parts, places, side="right") - 1
         largest = np.abs(jacobian).max(axis=0, initial=0.0)
         diagonal = np.where(largest > 0.0, largest, 1.0)
+        diagonal[(part == 2) | (part == 3)] *= _FOLLOWS
         sizes = np.full(len(places), np.inf)
         of_displacements, of_parameters = part == 0, part == 4
         sizes[of_displacements] = self.sizes[places[of_displacements]]
         guesses = np.abs(self.p[list(self.sought)])[places[of_parameters] - self.parts[4]]
         sizes[of_parameters] = _REACH * np.where(guesses > 0.0, guesses, 1.0)
         factor = np.diag(diagonal)
-        for k in (0, 1):
+        # Rates count at the positions that are found, as in an assembly.
+        for k, mass in ((0, self.mass), (1, self._mass_at(z))):
             own, moved = np.flatnonzero(part == k), places[part == k] - self.parts[k]
             if own.size:
-                block = metric(self.mass[np.ix_(moved, moved)])
+                block = metric(mass[np.ix_(moved, moved)])
                 size = np.linalg.norm(block.T @ self.sizes[moved])
                 factor[np.ix_(own, own)] = block / size
         return factor, sizes

@@ -141,7 +141,40 @@ class Pivot:
     lower: dict[int, list[Value]]
 
 
-class Factors:
+class _Changed:
+    """What is solved with, once products of a column and a row were taken off its matrix."""
+
+    def __init__(self, code: Code, n: int) -> None:
+        self.code, self._n_rows = code, n
+        self._taken_off: list[tuple[dict[int, Value], list[Value]]] = []
+
+    def take_off(self, column: dict[int, Value], row: dict[int, Value]) -> None:
+        """Take the product of a column and a row off the matrix (Sherman, Morrison, Ann. Math. Stat. 21 (1950) 124).
+
+        Entries are given by their places. To be called before anything is solved for.
+        """
+        code = self.code
+        response = self._substitute(code, [column.get(i) for i in range(self._n_rows)])
+        rest: Value = ONE
+        for i, value in row.items():
+            rest = code.fnma(value, response[i], rest)
+        inverse = code.div(ONE, rest)
+        self._taken_off.append((row, [code.mul(value, inverse) for value in response]))
+
+    def _corrected(self, code: Code, x: list[Value]) -> list[Value]:
+        """A solution without what was taken off, corrected for that."""
+        for taken, response in self._taken_off:
+            share: Value = None
+            for i, value in taken.items():
+                share = code.fma(value, x[i], share)
+            x = [code.fma(share, value, before) for value, before in zip(response, x)]
+        return x
+
+    def _substitute(self, code: Code, right: list[Value]) -> list[Value]:
+        raise NotImplementedError
+
+
+class Factors(_Changed):
     """The factors of a symmetric matrix given by its entries (both triangles) in rows below `n`, constraints above.
 
     Attributes
@@ -152,13 +185,13 @@ class Factors:
     """
 
     def __init__(self, code: Code, n: int, entries: dict[int, dict[int, str]]) -> None:
-        self.code, self.n, self.entries = code, n, entries
+        super().__init__(code, len(entries))
+        self.n, self.entries = n, entries
         self.left = set(entries)
         # A pivot with a constraint that can be switched off could be zero.
         self.switched = {c for c in entries if c >= n and c in entries[c]}
         self.pivots: list[Pivot] = []
         self.conditions: list[Value] = []
-        self._taken_off: list[tuple[dict[int, Value], list[Value]]] = []
         self._before: dict[int, Value] = {}
         self._inverse_matrix: list[list[Value]] | None = None
         self._solutions = Solutions(code, self._substitute)
@@ -180,19 +213,6 @@ class Factors:
             columns = [self._substitute(self.code, [ONE if i == j else None for i in n]) for j in n]
             self._inverse_matrix = [list(row) for row in zip(*columns)]
         return [self._product(row, right) for row in self._inverse_matrix]
-
-    def take_off(self, column: dict[int, Value], row: dict[int, Value]) -> None:
-        """Take the product of a column and a row off the matrix (Sherman, Morrison, Ann. Math. Stat. 21 (1950) 124).
-
-        Entries are given by their places. To be called before anything is solved for.
-        """
-        code = self.code
-        response = self._substitute(code, [column.get(i) for i in range(len(self.entries))])
-        rest: Value = ONE
-        for i, value in row.items():
-            rest = code.fnma(value, response[i], rest)
-        inverse = code.div(ONE, rest)
-        self._taken_off.append((row, [code.mul(value, inverse) for value in response]))
 
     def _product(self, row: list[Value], right: list[Value]) -> Value:
         total: Value = None
@@ -217,12 +237,7 @@ class Factors:
             for row, factors in pivot.lower.items():
                 for factor, i in zip(factors, pivot.rows):
                     x[i] = code.fnma(factor, x[row], x[i])
-        for taken, response in self._taken_off:
-            share: Value = None
-            for i, value in taken.items():
-                share = code.fma(value, x[i], share)
-            x = [code.fma(share, value, before) for value, before in zip(response, x)]
-        return x
+        return self._corrected(code, x)
 
     def _next_pair(self) -> tuple[int, ...] | None:
         for c in sorted(i for i in self.left - self.switched if i >= self.n):
@@ -298,7 +313,7 @@ class Factors:
         return [[None, coupling], [coupling, corner]]
 
 
-class Solver:
+class Solver(_Changed):
     """Carries out what the model's function `solve` does: once what does not depend on the right-hand side.
 
     Attributes
@@ -308,6 +323,7 @@ class Solver:
     """
 
     def __init__(self, start: Start, motion: Motion, breathe: Callable[[], None]) -> None:
+        super().__init__(start.code, len(motion.unknowns))
         self.start, self.solution, self.breathe = start, motion.solution, breathe
         self.n_rates, solution = len(motion.rates), motion.solution
         graph = start.graph
@@ -322,13 +338,13 @@ class Solver:
         for node in solution.ratios:
             breathe()
             self.conditions.append(start.initial(node))
-        self._solutions = Solutions(start.code, self._carry_out)
+        self._solutions = Solutions(start.code, self._substitute)
 
     def solve(self, right: list[Value]) -> list[Value]:
         """Return the accelerations, and the multipliers with the opposite sign, for a right-hand side."""
-        return self._solutions.of(right)
+        return self._substitute(self.code, right) if self._taken_off else self._solutions.of(right)
 
-    def _carry_out(self, code: Code, right: list[Value]) -> list[Value]:
+    def _substitute(self, code: Code, right: list[Value]) -> list[Value]:
         start, graph = self.start, self.start.graph
         values: dict[int, Value] = {}
 
@@ -344,7 +360,7 @@ class Solver:
                 values[node] = getattr(code, kind)(*(value(a) for a in args))
         found = [value(node) for node in self.solution.unknowns]
         n = self.n_rates
-        return [*found[:n], *(code.neg(x) for x in found[n:])]
+        return self._corrected(code, [*found[:n], *(code.neg(x) for x in found[n:])])
 
 
 @dataclass(frozen=True)
@@ -557,6 +573,7 @@ class Steps(Start):
         n = len(motion.rates)
         if motion.solution is not None:
             self.factors = Solver(self, motion, self._breathe)
+            self._take_off_frictions()
             return
         entries: dict[int, dict[int, str]] = {i: {} for i in range(len(motion.unknowns))}
         for (i, j), node in motion.mass.items():
@@ -568,6 +585,9 @@ class Steps(Start):
         for c, node in motion.corner.items():
             entries[n + c][n + c] = self.code.neg(self.initial(node))
         self.factors = Factors(self.code, n, entries)
+        self._take_off_frictions()
+
+    def _take_off_frictions(self) -> None:
         for along, weights in self._frictions:
             self.factors.take_off(along, weights)
 

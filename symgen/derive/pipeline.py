@@ -112,7 +112,8 @@ def derive_switched(description: Description, source: str, late: Collection[str]
         own.name_forces(form.loader, form.description, form.multipliers, form.margins)
     d.does_work = closed.does_work = not (d.conservative and closed.conservative)
     watched = Function("switches", *switches.watched(d.loader))
-    second = Program(closed.g, tuple(f for f in functions(closed, late=of_closed) if f.name in SWITCHED), {})
+    kept = (*SWITCHED, "solve")
+    second = Program(closed.g, tuple(f for f in functions(closed, late=of_closed) if f.name in kept), {})
     found = marks(description)
     own = tuple(functions(d, late=late))
     own += (
@@ -185,7 +186,7 @@ def _functions(d: Derivation, late: Collection[str]) -> Iterator[Function]:
         yield _projection(d)
     if x.quaternions:
         yield _kinematics(d)
-    if (d.factors.n_nodes or d.factors.is_rearranged) and not d.corner:
+    if d.factors.is_rearranged or (d.factors.n_nodes and not d.corner):
         yield solution(d)
     yield from _observers(d)
 

@@ -20,7 +20,7 @@ MODULES = (
     "company", "hostile_stores", "at_once", "elements", "kinks", "curves", "drifts", "wound",
     "noises", "tyres", "lagrangians", "turning_springs", "mixtures", "rescaled", "controlled", "rollers",
     "loaded_boxes", "touching_solids", "closed_trees", "free_bodies", "gear_trains", "event_functions",
-    "pressed", "sliding",
+    "pressed", "sliding", "two_forms", "start_conditions",
 )  # fmt: skip
 
 
