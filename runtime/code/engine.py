@@ -35,7 +35,7 @@ _COMPILERS = {FAST: ("compile_ir", 6e-5), LOOPS: ("compile_loops", 6e-5), DRAFT:
 # The files that decide what a function's machine code is; a test holds the list against their imports.
 _SOURCES = (
     "parse", "function_text", "lower", "llvm_text", "printing",
-    "dense_ldl", "front_ldl", "modules", "compiler", "sincos", "reciprocal_root",
+    "dense_ldl", "front_ldl", "modules", "compiler", "sincos", "angles", "reciprocal_root",
     "../graph/form", "../graph/functions", "../graph/layouts", "../graph/nodes",
 )  # fmt: skip
 
