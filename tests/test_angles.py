@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from lowered import assert_same_bits
 
-from symgen.runtime.code import angles, compiler, engine
+from symgen.runtime.code import angles, compiler, elf, engine
 from symgen.runtime.code.function_text import FunctionText, Lengths
 from symgen.runtime.code.modules import lower_function, lower_lanes
 
@@ -97,3 +97,15 @@ def test_a_draft_has_the_same_bits():
 def test_operations_are_counted_as_in_the_text():
     text = "def rhs(t, y, p, out):\n    x = y[0] + y[1]\n    out[0] = sin(x)*cos(x) + sin(2.0*y[1])*cos(t)\n"
     assert lower_function(FunctionText("rhs", text, Lengths(2, 1, 1)), "kernel").operations == 9
+
+
+def test_llvm_loads_what_calls_them(monkeypatch):
+    """As it does where code is not loaded by ourselves."""
+
+    def unsupported(self, content):
+        raise elf.UnsupportedError("LLVM loads it")
+
+    y = np.array([0.3, -1.0, 2.0])
+    expected = sines(y)
+    monkeypatch.setattr(engine.MachineCode, "_add_image", unsupported)
+    assert_same_bits(sines(y), expected)

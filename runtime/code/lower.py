@@ -25,7 +25,7 @@ from symgen.runtime.code.llvm_text import (
 )
 from symgen.runtime.code.parse import LARGEST
 from symgen.runtime.code.reciprocal_root import reciprocal_root
-from symgen.runtime.code.sincos import lanes_sincos
+from symgen.runtime.code.sincos import SHARED_SINCOS, lanes_sincos
 from symgen.runtime.graph.form import (
     ELEMENT,
     HELD,
@@ -147,11 +147,9 @@ class StraightLine:
 
     def sines(self, angles: list[str]) -> list[tuple[str, str]]:
         """Write what finds sines and cosines of several angles at once, and return them."""
-        width = 1 << (len(angles) - 1).bit_length()
-        name, kind, pair = f"symgen.sincos{width}", lanes_type(width), f"%pair{self._n_values}"
-        text, declared = lanes_sincos(name, width)
-        self.solvers[name] = text
-        self.solvers |= {line: f"{line}\n" for line in declared}
+        name, width = next((name, width) for name, width in SHARED_SINCOS.items() if width >= len(angles))
+        kind, pair = lanes_type(width), f"%pair{self._n_values}"
+        self.solvers[name] = f"declare {{{kind}, {kind}}} @{name}({kind}) nounwind willreturn memory(none)\n"
         given = "poison"
         for k in range(width):  # what happens to stand in a register may be an angle that takes long
             angle = angles[min(k, len(angles) - 1)]
