@@ -13,7 +13,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from symgen.runtime.code import compiler, engine
+from symgen.runtime.code import angles, compiler, engine
 from symgen.runtime.code import lower as straight_line
 from symgen.runtime.code.function_text import FunctionText, Lengths
 from symgen.runtime.code.modules import lower_function, lower_kernel, lower_lanes, lower_setup
@@ -23,6 +23,12 @@ from symgen.runtime.errors import ModuleError
 N_Y, N_P, N_OUT = 6, 4, 5
 LENGTHS = Lengths(N_Y, N_P, N_OUT)
 PROTOTYPE = ctypes.CFUNCTYPE(None, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
+
+
+@pytest.fixture(autouse=True)
+def sines_one_by_one(monkeypatch):
+    """Sines of several angles at once are our own, not Python's: see test_angles.py."""
+    monkeypatch.setattr(angles, "_FEWEST", math.inf)
 
 
 def machine_function(text: str, lengths: Lengths = LENGTHS):

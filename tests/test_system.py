@@ -19,6 +19,7 @@ from scipy.integrate import solve_ivp
 from symgen import runtime
 from symgen.runtime import System
 from symgen.runtime import kernel as kernel_module
+from symgen.runtime.code.angles import side_by_side
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.errors import ModuleError, RuntimeModelError
 from symgen.runtime.module import read_module
@@ -57,7 +58,9 @@ def test_kernels_are_the_python_text(system):
         y = rng.normal(size=kernel.source.lengths.y)
         expected = np.zeros(kernel.out_size)
         system.python_function(name)(0.3, y.tolist(), p.tolist(), expected)
-        np.testing.assert_array_equal(kernel(0.3, y, p), expected)
+        # Of several angles at once, sines are our own (test_angles.py), and off by one unit of the last digit.
+        off = 1e-14 if side_by_side(kernel.source.code.form) else 0.0
+        np.testing.assert_allclose(kernel(0.3, y, p), expected, rtol=off, atol=off * np.abs(expected).max())
 
 
 def test_rhs_solves_the_residual(system):
@@ -275,8 +278,8 @@ def test_njit_oracle_and_linked_function_agree():
     rows, expected = np.zeros((3, 4)), np.zeros(4)
     use(0.0, y, p, rows)
     oracle(0.0, y, p, expected)
-    np.testing.assert_array_equal(rows, [expected] * 3)
-    np.testing.assert_array_equal(system.kernel("rhs")(0.0, y, p), expected)
+    np.testing.assert_array_equal(rows, [system.kernel("rhs")(0.0, y, p)] * 3)
+    np.testing.assert_allclose(rows[0], expected, rtol=1e-13)  # sines of three angles are our own
 
 
 def test_the_example_of_numba_runs_and_knows_its_sizes():

@@ -11,6 +11,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from symgen.runtime.code.angles import side_by_side
 from symgen.runtime.code.facts import Facts
 from symgen.runtime.code.function_text import FunctionText
 from symgen.runtime.code.recipe import recipe_of
@@ -42,7 +43,7 @@ _SMOOTH_APART = frozenset(("div", "sqrt"))  # from zero
 # Cycles until a result is there, and how many operations fill the same time; others are elementary functions.
 _LATENCY = {"add": 4, "sub": 4, "mul": 4, "neg": 1, "select": 5, "select_le": 5, "div": 14, "sqrt": 18}
 _WORK = {"div": 1, "sqrt": 6}
-_LATENCY_OF_FUNCTION, _WORK_OF_FUNCTION = 40, 38
+_LATENCY_OF_FUNCTION, _WORK_OF_FUNCTION, _WORK_SIDE_BY_SIDE = 40, 38, 18
 _NEVER = np.iinfo(np.int64).max
 
 
@@ -144,7 +145,7 @@ def _effort(form: Form) -> tuple[int, int]:
 
     Passes of a loop are taken to be independent of each other.
     """
-    nodes, ready, work = form.nodes, {}, 0
+    nodes, ready, work, together = form.nodes, {}, 0, side_by_side(form)
     met: set[int] = set()
     by_count: dict[int, list[int]] = {}
     for statement, count in form.statements():
@@ -157,7 +158,12 @@ def _effort(form: Form) -> tuple[int, int]:
                 continue
             waits = max(ready.get(x, 0) for x in nodes.operands(node))
             ready[node] = waits + _LATENCY.get(op, _LATENCY_OF_FUNCTION)
-            work += count * (_WORK.get(op, 1) if op in _LATENCY else _WORK_OF_FUNCTION)
+            if op in _LATENCY:
+                work += count * _WORK.get(op, 1)
+            elif op in ("sin", "cos") and nodes.args[node][0] in together:
+                work += _WORK_SIDE_BY_SIDE
+            else:
+                work += count * _WORK_OF_FUNCTION
     return max(ready.values(), default=0), work
 
 

@@ -24,9 +24,11 @@ if TYPE_CHECKING:
     from symgen.runtime.code.compiler import Engine
 
 compiler = Late("symgen.runtime.code.compiler")
+sines = Late("symgen.runtime.code.sincos")
 
 _KEPT_OBJECTS = 4000
 _LONG_COMPILE = 0.3  # seconds
+_OWN = "symgen.sincos"  # begins the names of functions that all code of a process calls
 FAST = "fast"
 LOOPS = "loops"
 DRAFT = "draft"
@@ -35,7 +37,7 @@ _COMPILERS = {FAST: ("compile_ir", 6e-5), LOOPS: ("compile_loops", 6e-5), DRAFT:
 # The files that decide what a function's machine code is; a test holds the list against their imports.
 _SOURCES = (
     "parse", "function_text", "lower", "llvm_text", "printing",
-    "dense_ldl", "front_ldl", "modules", "compiler", "sincos", "reciprocal_root",
+    "dense_ldl", "front_ldl", "modules", "compiler", "sincos", "angles", "reciprocal_root",
     "../graph/form", "../graph/functions", "../graph/layouts", "../graph/nodes",
 )  # fmt: skip
 
@@ -81,7 +83,8 @@ class MachineCode:
     def _add_by_llvm(self, object_code: bytes) -> None:
         if self._engine is None:
             self._engine = compiler.Engine()
-        self._engine.add(object_code, {**self._symbols, **self._outside})
+        shared = {name: process_symbol(name) for name in sines.SHARED_SINCOS if name.encode() in object_code}
+        self._engine.add(object_code, {**self._symbols, **self._outside, **shared})
 
     def _address_outside(self, name: str) -> int:
         return self._symbols.get(name) or self._outside.get(name) or process_symbol(name)
@@ -97,11 +100,26 @@ class MachineCode:
 
 @functools.lru_cache(maxsize=256)
 def process_symbol(name: str) -> int:
-    """Return the address of a function of the C libraries in this process, 0 if there is none."""
+    """Return the address of a function of the C libraries in this process, or of ours for all, 0 if there is none."""
+    if name.startswith(_OWN):
+        return _own_symbol(name)
     try:
         return ctypes.cast(getattr(_c_library(), name), ctypes.c_void_p).value or 0
     except AttributeError:
         return 0
+
+
+_own_code: dict[str, MachineCode] = {}
+
+
+def _own_symbol(name: str) -> int:
+    with _lock:
+        if name not in _own_code:
+            code = MachineCode()
+            content = object_code(cache_key(name), "sines", name, lambda _: (sines.shared_sincos(name), 0))
+            code.add(content, name)
+            _own_code[name] = code
+        return _own_code[name].address(name)
 
 
 @functools.lru_cache(maxsize=1)

@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Iterator
 from typing import NoReturn
 
-from symgen.runtime.code import dense_ldl, front_ldl
+from symgen.runtime.code import angles, dense_ldl, front_ldl
 from symgen.runtime.code.function_text import FunctionText
 from symgen.runtime.code.llvm_text import (
     VECTOR_INTRINSICS,
@@ -25,7 +25,7 @@ from symgen.runtime.code.llvm_text import (
 )
 from symgen.runtime.code.parse import LARGEST
 from symgen.runtime.code.reciprocal_root import reciprocal_root
-from symgen.runtime.code.sincos import lanes_sincos
+from symgen.runtime.code.sincos import SHARED_SINCOS, lanes_sincos
 from symgen.runtime.graph.form import (
     ELEMENT,
     HELD,
@@ -144,6 +144,27 @@ class StraightLine:
             self._pairs[angle] = first, second
         first, second = self._pairs[angle]
         return self.reuse(first), self.reuse(second)
+
+    def sines(self, angles: list[str]) -> list[tuple[str, str]]:
+        """Write what finds sines and cosines of several angles at once, and return them."""
+        name, width = next((name, width) for name, width in SHARED_SINCOS.items() if width >= len(angles))
+        kind, pair = lanes_type(width), f"%pair{self._n_values}"
+        self.solvers[name] = f"declare {{{kind}, {kind}}} @{name}({kind}) nounwind willreturn memory(none)\n"
+        given = "poison"
+        for k in range(width):  # what happens to stand in a register may be an angle that takes long
+            angle = angles[min(k, len(angles) - 1)]
+            self._lines.append(f"{pair}.{k} = insertelement {kind} {given}, double {angle}, i32 {k}")
+            given = f"{pair}.{k}"
+        self._lines.append(f"{pair} = call {{{kind}, {kind}}} @{name}({kind} {given})")
+        for k, word in enumerate(("sin", "cos")):
+            self._lines.append(f"{pair}.{word} = extractvalue {{{kind}, {kind}}} {pair}, {k}")
+        return [
+            (
+                self._value(f"extractelement {kind} {pair}.sin, i32 {k}", free=True),
+                self._value(f"extractelement {kind} {pair}.cos, i32 {k}", free=True),
+            )
+            for k in range(len(angles))
+        ]
 
     def constant(self, value: float) -> str:
         """Return a number as this code writes it."""
@@ -401,6 +422,10 @@ class ExpressionLowering:
         self._function, self._part, self._lanes = function, part, lanes
         self._nodes = function.form.nodes
         self._shared_divisors = _shared_divisors(self._nodes) if lanes else frozenset()
+        # In lanes there are several members side by side already; hoisted work is done once.
+        alone = not lanes and part != "setup"
+        self._side_by_side_angles = angles.side_by_side(function.form) if alone else {}
+        self._sines: dict[int, tuple[str, str]] = {}
         self._values: dict[int | str, str] = {}  # of nodes that a name stands for, and of names that are held
         self._outer: dict[int | str, str] = {}  # values of the code around a loop, while in the loop
         self._outer_code: StraightLine | None = None
@@ -432,9 +457,21 @@ class ExpressionLowering:
                 return self.code.constant(-self._nodes.args[args[0]][0])
             return self.code.negative(self._lower(args[0]))
         values = [self._lower(x) for x in args]
+        if op in ("sin", "cos") and self._outer_code is None and args[0] in self._side_by_side_angles:
+            return self._sine(args[0], op)
         if op in _COMPARISONS:
             return self.code.select(_COMPARISONS[op], *values)
         return self.code.call(op, values)
+
+    def _sine(self, angle: int, op: str) -> str:
+        """The sine or cosine of an angle that is taken side by side with others."""
+        counted = self.code.operations
+        if angle not in self._sines:
+            group = self._side_by_side_angles[angle]
+            found = self.code.sines([self._lower(x) for x in group])
+            self._sines |= zip(group, found, strict=True)
+        self.code.operations = counted + 1
+        return self.code.reuse(self._sines[angle][op == "cos"])
 
     def _variable(self, kind: int, index: object) -> str:
         if kind == T:

@@ -13,6 +13,7 @@ from numba.extending import intrinsic
 from numba.np.arrayobj import make_array
 
 from symgen.runtime.code import numba_setup
+from symgen.runtime.code.sincos import standing_alone
 from symgen.runtime.kernel import KernelSource
 
 
@@ -26,7 +27,7 @@ def linked_function(source: KernelSource) -> Callable:
         return checked(source.python_function(), source)
     symbol = "symgen_" + hashlib.sha256(source.key_text().encode()).hexdigest()[:24]
     text, _ = source.lower(symbol)
-    return checked(_intrinsic(symbol, source.name, text), source)
+    return checked(_intrinsic(symbol, source.name, standing_alone(text)), source)
 
 
 def checked(function: Callable, source: KernelSource) -> Callable:

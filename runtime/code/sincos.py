@@ -127,6 +127,27 @@ ret {{{kind}, {kind}}} %both
     return text, used | {_DECLARE_SHIFT}
 
 
+# What functions of single runs call to find sines side by side: one code for all functions of a process. By width.
+SHARED_SINCOS = {f"symgen.sincos{width}": width for width in (4, 8)}
+
+
+def shared_sincos(name: str) -> str:
+    """Return the LLVM IR of a module that defines one of `SHARED_SINCOS`."""
+    text, declared = lanes_sincos(name, SHARED_SINCOS[name])
+    return "\n".join([*sorted(declared), text.replace("define internal {", "define {", 1)])
+
+
+def standing_alone(ir: str) -> str:
+    """Return a module that calls `SHARED_SINCOS` with their definitions in it."""
+    for name in SHARED_SINCOS:
+        declared = re.search(rf"^declare [^\n]*@{re.escape(name)}\([^\n]*\n", ir, re.MULTILINE)
+        if declared:
+            text, needs = lanes_sincos(name, SHARED_SINCOS[name])
+            more = "".join(f"{line}\n" for line in sorted(needs) if f"{line}\n" not in ir)
+            ir = ir.replace(declared.group(), more) + text
+    return ir
+
+
 def inlined_where_few(ir: str) -> str:
     """Return a module in which `lanes_sincos` is inlined, where few calls of it do not make functions much longer."""
     calls = len(re.findall(r"call [^\n]*sincos\(", ir))
