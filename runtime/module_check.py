@@ -28,7 +28,7 @@ dataflow = Late("symgen.runtime.code.dataflow")
 # The files that decide what passes; a test holds the list against their imports.
 _SOURCES = (
     "module_check.py", "abi.py", "names.py", "code/dataflow.py", "code/parse.py", "code/function_text.py",
-    "code/facts.py", "code/recipe.py", "code/printing.py", "code/dense_ldl.py", "code/front_ldl.py",
+    "code/angles.py", "code/facts.py", "code/recipe.py", "code/printing.py", "code/dense_ldl.py", "code/front_ldl.py",
     "graph/form.py", "graph/functions.py", "graph/layouts.py", "graph/nodes.py", "graph/spelling.py",
 )  # fmt: skip
 _KEPT = 1000

@@ -62,7 +62,7 @@ def damped_oscillator():
     return derive(model)
 
 
-@pytest.mark.parametrize("name", ["pendulum", "double_pendulum", "spinning_top", "slider_crank"])
+@pytest.mark.parametrize("name", ["pendulum", "double_pendulum", "spring_pendulum", "slider_crank"])
 def test_smooth_motion_is_for_taylor_series(name):
     solution = derived(name).run(t_end=0.5)
     assert solution.method == "taylor"

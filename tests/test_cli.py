@@ -503,9 +503,9 @@ def test_a_plot_without_matplotlib_is_refused_before_the_work(tmp_path, monkeypa
 
 
 def test_what_assembly_moved_has_digits_that_differ():
-    from symgen.runtime.simulate import _moved_notes
+    from symgen.runtime.constraints.start_values import moved_notes
 
-    assert _moved_notes([("x", 1.0, 1.0 + 1e-11), ("y", 0.0, 0.5)]) == [
+    assert moved_notes([("x", 1.0, 1.0 + 1e-11), ("y", 0.0, 0.5)]) == [
         "assembly moved x from 1 to 1.00000000001",
         "assembly moved y from 0 to 0.5",
     ]

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from symgen.runtime.code.llvm_text import constant
 from symgen.runtime.constraints import branch
+from symgen.runtime.graph.layouts import settings_of
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
@@ -160,7 +161,7 @@ def _without_reactions(system: System) -> str:
         elif switch.get("normal"):
             places += [stops[name] for name in switch["normal"] if name in stops]
             always = always or not any(name in stops for name in switch["normal"])
-        place += 1 if switch["kind"] == "stop" else 2
+        place += len(settings_of(switch))
     if not places and not always:
         return ""
     lines, total = [], constant(float(always))

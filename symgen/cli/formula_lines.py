@@ -6,11 +6,13 @@ one level: sums in plain parentheses, quotients with a stroke.
 
 from __future__ import annotations
 
+from itertools import islice
 from typing import Protocol
 
 import sympy
 
 LONGEST = 60  # letters of a formula that fit a line
+_SURELY_LONGER = 4 * LONGEST  # names and numbers, of which a power of -1 or 1/2 may show none
 
 
 class Notation(Protocol):
@@ -43,8 +45,8 @@ class Notation(Protocol):
 
 def lines(expression: sympy.Expr, notation: Notation) -> list[list[str]]:
     """Return an expression as lines of pieces: one line where it fits, a long sum with a line for each term."""
-    text = notation.text(expression)
-    if notation.letters(text) <= LONGEST:
+    text = _on_a_line(expression, notation)
+    if text:
         return [[text]]
     if isinstance(expression, sympy.Add):
         return [signed(sign, pieces(term, notation)) for sign, term in _signed_terms(expression, notation)]
@@ -53,8 +55,8 @@ def lines(expression: sympy.Expr, notation: Notation) -> list[list[str]]:
 
 def pieces(expression: sympy.Expr, notation: Notation) -> list[str]:
     """Return an expression in pieces between which a line may be broken, each hardly longer than a line."""
-    text = notation.text(expression)
-    if notation.letters(text) <= LONGEST:
+    text = _on_a_line(expression, notation)
+    if text:
         return [text]
     if isinstance(expression, sympy.Add):
         terms = _signed_terms(expression, notation)
@@ -73,7 +75,16 @@ def pieces(expression: sympy.Expr, notation: Notation) -> list[str]:
     if isinstance(expression, sympy.Function) and len(expression.args) == 1:
         inside = _in_parentheses(pieces(expression.args[0], notation), notation)
         return signed(notation.function(expression.func.__name__), inside)
-    return [text]
+    return [notation.text(expression)]
+
+
+def _on_a_line(expression: sympy.Expr, notation: Notation) -> str:
+    """Return an expression that fits a line; "" for others, of which those that are far too long are not written."""
+    leaves = (node for node in sympy.preorder_traversal(expression) if not node.args)
+    if next(islice(leaves, _SURELY_LONGER, None), None) is not None:
+        return ""
+    text = notation.text(expression)
+    return text if notation.letters(text) <= LONGEST else ""
 
 
 def signed(sign: str, inside: list[str]) -> list[str]:
