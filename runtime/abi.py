@@ -32,6 +32,7 @@ _SPARSE_OF_ROBOTS = frozenset(
 SWITCHED = (
     "rhs", "residual", "residual_jacobian", "constraint_residual", "constraint_jacobian", "gamma", "project", "events",
 )  # fmt: skip
+OF_CLOSED = (*SWITCHED, "solve")  # that the closed form may have; some have no solve of their own
 # Numbers that the function `switches` writes for each: gap, restitution; sliding speed, level, largest while sticking
 # (the speed below which it gives way where friction is smooth).
 N_WATCHED = {"stop": 2, "friction": 3}
@@ -124,7 +125,7 @@ def closed_header(header: Mapping[str, Any]) -> dict[str, Any]:
         for kind, name in kinds.items()
     }
     own = {name.removeprefix(CLOSED): n for name, n in hoisted.items() if name.startswith(CLOSED)}
-    without = (*SWITCHED, *_OF_START)
+    without = (*OF_CLOSED, *_OF_START)
     shared = {name: n for name, n in hoisted.items() if name not in without and not name.startswith(CLOSED)}
     operations = header["operations"]
     names = setting_names(header)
@@ -141,7 +142,7 @@ def closed_header(header: Mapping[str, Any]) -> dict[str, Any]:
         "hoisted": {**shared, **own},
         "operations": {
             **operations,
-            **{n: operations[CLOSED + n] for n in SWITCHED if CLOSED + n in operations},
+            **{n: operations[CLOSED + n] for n in OF_CLOSED if CLOSED + n in operations},
         },
     }
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from symgen.runtime.abi import CLOSED, JUMP, SWITCHED, closed_header, setting_names
+from symgen.runtime.abi import CLOSED, JUMP, OF_CLOSED, closed_header, setting_names
 from symgen.runtime.code.bridge import evaluate_rows
 from symgen.runtime.errors import RuntimeModelError, UnknownNameError, nearest
 from symgen.runtime.functions import ModelFunctions
@@ -295,7 +295,7 @@ class System(ModelFunctions):
     def closed(self) -> System:
         """The same model with its stops and frictions as constraints that `p` switches on and off."""
         if "_closed" not in self.__dict__:
-            names = {name: CLOSED + name for name in (*SWITCHED, "solve")}
+            names = {name: CLOSED + name for name in OF_CLOSED}
             closed = System(self.source.renamed(closed_header(self.source.header), names))
             self.__dict__.setdefault("_closed", closed)
         return self.__dict__["_closed"]

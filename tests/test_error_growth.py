@@ -457,8 +457,7 @@ def test_what_rests_between_what_strikes_it_is_not_measured_by_its_round_off():
     run = bundled("newtons_cradle").run(method="gauss8")
     assert run.ok, [check.says for check in run.objections]
     assert np.ptp(run["a3"]) < 1e-10
-    # What no companion has met of impacts counts as the root of the tolerance.
-    assert next(check.value for check in run.health if check.check == "accuracy") <= 1e-4
+    assert next(check.value for check in run.health if check.check == "accuracy") < 1e-6
 
 
 def test_an_error_that_comes_at_one_place_is_no_growth():

@@ -19,6 +19,7 @@ from symgen.emit import module as function_text
 from symgen.emit.module import emit
 from symgen.model.library import find, load
 from symgen.runtime.abi import array_sizes
+from symgen.runtime.code.angles import side_by_side
 
 
 def springs(n=9):
@@ -67,7 +68,7 @@ def pair(request):
 
 
 def test_same_numbers_in_every_form(pair):
-    """Beside the text that is written out; Python and machine code agree, but for sines that are found side by side."""
+    """Beside the text that is written out; Python and machine code, whole and prepared, agree to the bit."""
     plain, rolled = pair
     p = plain.parameter_values()
     rng = np.random.default_rng(4)
@@ -83,11 +84,10 @@ def test_same_numbers_in_every_form(pair):
             values = slice(-1)
             assert by_python[-1] == pytest.approx(expected[-1], rel=0.1), name
         assert by_python[values] == pytest.approx(expected[values], rel=1e-9, abs=1e-11 * scale), name
-        by_code = kernel(0.3, y, p)
-        assert by_code[values] == pytest.approx(by_python[values], rel=1e-12, abs=1e-14 * scale), name
-        assert _precomputed(rolled, kernel, y, p)[values] == pytest.approx(
-            by_code[values], rel=1e-12, abs=1e-14 * scale
-        ), name
+        # Sines that are found side by side are our own, and off by one unit of the last digit (test_angles.py).
+        off = 1e-12 if side_by_side(kernel.source.code.form) else 0.0
+        for by_code in (kernel(0.3, y, p), _precomputed(rolled, kernel, y, p)):
+            np.testing.assert_allclose(by_code, by_python, rtol=off, atol=0.01 * off * scale, err_msg=name)
 
 
 def _precomputed(system, kernel, y, p):

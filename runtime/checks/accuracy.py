@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from symgen.runtime.batches import evaluate
 from symgen.runtime.checks.entry import HealthCheck, noted
 from symgen.runtime.checks.error_estimate import (
     LARGEST_ERROR,
@@ -143,6 +144,16 @@ def _allowed(operations: float) -> float:
     return max(_SHARE * operations, cheap, _CHEAP_AT_LEAST)
 
 
+def _rebounds_fade(solution: Solution) -> bool:
+    """Whether a stop gives back a part of the speed, so that ever smaller rebounds become rest."""
+    n = sum(switch["kind"] == "stop" for switch in solution.system.switches)
+    if not n:
+        return False
+    end = np.ascontiguousarray(solution.states[-1:])
+    back = evaluate(solution.system, "switches", solution.p, solution.t[-1:], end)[0, 1 : 2 * n : 2]
+    return bool(((back > 0.0) & (back < 1.0)).any())
+
+
 def _entry(solution: Solution, found: ErrorEstimate) -> HealthCheck:
     column = int(np.argmax(found.relative.max(axis=0)))
     name, error = state_names(solution.system)[column], found.largest
@@ -156,7 +167,7 @@ def _entry(solution: Solution, found: ErrorEstimate) -> HealthCheck:
         beyond = ""
         if found.unseen:
             beyond = f"; what {found.unseen} jumps of rates beyond these make of it is not known"
-            if solution.system.switches:
+            if _rebounds_fade(solution):
                 # A rebound that is taken for rest is as fast as a fall over an error of the gap.
                 of_rest = min(float(np.sqrt(solution.rtol)), LARGEST_ERROR)
                 error = max(error, of_rest)

@@ -8,7 +8,7 @@ Impacts: the impulses of all stops that touch, and of the frictions that follow 
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -876,13 +876,13 @@ class Switching(Holding):
             A stop is violated.
         """
         self.closed = self.arrays.p[self._places_of_settings][self.layout.closed] != 0.0
-        for i, gap in self._violated():
-            raise RuntimeModelError(
-                f"stop {self.names[i]!r} is violated at the start: its gap is {gap:.6g}; give a start at which it is "
-                f"zero or more, or guesses in place of starts, and closed = [{self.names[i]!r}] in [start]"
+        gaps = self._brought_out(
+            lambda name, gap: RuntimeModelError(
+                f"stop {name!r} is violated at the start: its gap is {gap:.6g}; give a start at which it is zero or "
+                f"more, or guesses in place of starts, and closed = [{name!r}] in [start]"
             )
-        self._move_out()
-        gaps, here = self._watched()[0], self._here()
+        )
+        here = self._here()
         self._decide(gaps <= self._gap_tolerances(here), gaps <= self._round_off(here), self.stuck)
 
     def is_untouched(self, values: np.ndarray) -> bool:
@@ -954,10 +954,7 @@ class Switching(Holding):
         is_fired[fired] = True
         were_held, ways = self._at_rest, self.senses.copy()
         self._end_unseen_flights(is_fired[: self.n_stops])
-        if is_reset:
-            self._refuse_violated()
-            self._move_out()
-        gaps = self._watched()[0]
+        gaps = self._brought_out(self._led_into) if is_reset else self._watched()[0]
         here = self._here()
         closed = self.closed
         if is_reset:
@@ -985,30 +982,31 @@ class Switching(Holding):
         became = [(int(i), self._became(i, were_held[i], blown[i], came_to_rest)) for i in told]
         return [x for k, x in enumerate(became) if x[1] and self.names[x[0]] not in self._told(became[:k])]
 
-    def _violated(self) -> list[tuple[int, float]]:
-        """Stops that the state is inside of by more than round-off of numbers that people write, with their gaps."""
-        gaps, here = self._watched()[0], self._here()
-        coordinates = here.row_sums[: self.n_stops] * here.sizes[: self.n_stops]
-        return [(int(i), float(gaps[i])) for i in np.flatnonzero(gaps < -_VIOLATED * coordinates)]
+    def _led_into(self, name: str, gap: float) -> ContactError:
+        return ContactError(
+            f"a reset at t = {self.arrays.t:.9g} s leads into stop {name!r}: its gap is {gap:.6g} behind it; reset "
+            "coordinates to where it is zero or more"
+        )
 
-    def _refuse_violated(self) -> None:
-        for i, gap in self._violated():
-            raise ContactError(
-                f"a reset at t = {self.arrays.t:.9g} s leads into stop {self.names[i]!r}: its gap is {gap:.6g} "
-                "behind it; reset coordinates to where it is zero or more"
-            )
+    def _brought_out(self, refused: Callable[[str, float], Exception]) -> np.ndarray:
+        """Return gaps, once the state is out of stops that it is inside of by an error of numbers that people write.
 
-    def _move_out(self) -> None:
-        """Move the state out of stops that it is inside of by less than that, but more than the tolerances of the run.
+        What is within the tolerances of the run stays. Else it moves as little as the masses allow, as in assembly, and
+        `moved` names what did.
 
-        It moves as little as the masses allow, as in assembly; `moved` names what did.
+        Parameters
+        ----------
+        refused : callable
+            The error of a stop, by its name and gap, that the state is farther inside of.
         """
         nq, arrays = self.system.nq, self.arrays
+        gaps, here = self._watched()[0], self._here()
+        coordinates = here.row_sums[: self.n_stops] * here.sizes[: self.n_stops]
+        for i in np.flatnonzero(gaps < -_VIOLATED * coordinates):
+            raise refused(self.names[i], float(gaps[i]))
         before, inside = arrays.y[:nq].copy(), np.zeros(self.n, dtype=bool)
+        deep = gaps < -self._gap_tolerances(here)
         for _ in range(_MOST_MOVES):
-            gaps, here = self._watched()[0], self._here()
-            allowed = self._round_off(here) if inside.any() else self._gap_tolerances(here)
-            deep = gaps < -allowed
             if not deep.any():
                 break
             inside[: self.n_stops] |= deep
@@ -1016,10 +1014,13 @@ class Switching(Holding):
             arrays.y[:nq] = Positions(self.system).retract(arrays.y[:nq], here.holding(inside, behind))
             if self.system.m or self.system.quaternions:
                 arrays.project()
+            gaps, here = self._watched()[0], self._here()
+            deep = gaps < -self._round_off(here)
         self.moved = [
             (self.system.coordinates[k]["name"], float(before[k]), float(arrays.y[k]))
             for k in np.flatnonzero(arrays.y[:nq] != before)
         ]
+        return gaps
 
     def _keep_their_way(self, before: np.ndarray) -> np.ndarray:
         """Which frictions in planes slide in the direction of some time before."""

@@ -40,7 +40,7 @@ from typing import Any
 from symgen.runtime.graph.layouts import settings_of
 
 from ..model import algebra
-from ..model.contact_laws import changes_with_rates, creep_share, smooth_friction
+from ..model.contact_laws import changes_with_rates, smooth_friction, soft_direction
 from ..model.description import Constraint, Description, Event, Friction, Input, Stop
 from ..model.functions import minimum
 from .graph.differentiate import forward, jacobian
@@ -474,11 +474,8 @@ def _onward(f: Friction) -> algebra.Expr:
 
 def _direction(f: Friction) -> tuple[algebra.Expr, ...]:
     """How much of the size of a friction acts against each of its speeds."""
-    if f.creeps:
-        return tuple(creep_share(f.speeds, f.smooth) * s for s in f.speeds)
     if f.smooth is not None:
-        width = algebra.sqrt(algebra.Add(*(s**2 for s in f.speeds)) + f.smooth**2)
-        return tuple(s / width for s in f.speeds)
+        return soft_direction(f)
     senses = _senses(f)
     if f.across is None:
         return (senses[0],)

@@ -28,7 +28,11 @@ def with_contact_laws(d: Description, sources: Sources) -> Description:
     # The derivative of a Rayleigh function is its force only where the level knows no rates.
     by_force = [f for f in smooth if f.creeps or changes_with_rates(f.level, d)]
     dissipation += [smooth_friction(f.level, f.speeds, f.smooth) for f in smooth if f not in by_force]
-    giving_way = [(s, _soft_force(f, s)) for f in by_force for s in f.speeds]
+    giving_way = [
+        (s, negated(product([f.level, part])))
+        for f in by_force
+        for s, part in zip(f.speeds, soft_direction(f))
+    ]
     return replace(
         d,
         potential=_sum(potential),
@@ -90,9 +94,13 @@ def creep_share(speeds: Sequence[algebra.Expr], width: algebra.Expr) -> algebra.
     return (3 - 3 * part + part**2) / maximum(size, width)
 
 
-def smooth_share(speeds: Sequence[algebra.Expr], width: algebra.Expr) -> algebra.Expr:
-    """What makes of speeds the part of a smooth friction that acts against each: 1/sqrt(s^2 + width^2)."""
-    return 1 / algebra.sqrt(algebra.Add(*(s**2 for s in speeds)) + width**2)
+def soft_direction(f: Friction) -> tuple[algebra.Expr, ...]:
+    """How much of the size of a friction that gives way acts against each of its speeds."""
+    if f.creeps:
+        share = creep_share(f.speeds, f.smooth)
+        return tuple(share * s for s in f.speeds)
+    width = algebra.sqrt(algebra.Add(*(s**2 for s in f.speeds)) + f.smooth**2)
+    return tuple(s / width for s in f.speeds)
 
 
 def changes_with_rates(expression: algebra.Expr, d: Description) -> bool:
@@ -106,11 +114,6 @@ def changes_with_rates(expression: algebra.Expr, d: Description) -> bool:
         waiting += [definitions[name] for name in found.names & definitions.keys() - seen]
         seen |= found.names
     return False
-
-
-def _soft_force(f: Friction, speed: algebra.Expr) -> algebra.Expr:
-    share = creep_share if f.creeps else smooth_share
-    return negated(product([f.level, share(f.speeds, f.smooth), speed]))
 
 
 def bristle_laws(b: Bristle) -> tuple[algebra.Expr, algebra.Expr]:
