@@ -43,3 +43,46 @@ def test_friction_that_creeps_is_named_where_series_are_refused(given):
         RuntimeModelError, match=r"friction 'rub' creeps.* give it 'smooth' in the place of 'creep'"
     ):
         m.derive().run(t_end=0.1, method="taylor")
+
+
+_OF_BRISTLES = {
+    "stiffness": "1e5 N/m", "damping": "300 N*s/m", "viscous": "0.4 N*s/m", "coulomb": "1 N", "static": "1.5 N",
+    "stribeck": "1 mm/s", "unit": "m",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "given, expected",
+    [
+        ({"force": "2 kg"}, "force: .* N "),
+        ({"force": "2 N", "static": "3 kg"}, "static: .* N "),
+        ({"force": "2 N", "smooth": "1 kg"}, "smooth: .* m/s "),
+        ({"force": "2 N", "creep": "1 m"}, "creep: .* m/s "),
+        ({"coefficient": 0.3, "normal": "floor", "smooth": "1 N"}, "smooth: .* m/s "),
+        ({"coulomb": "1 kg"}, "coulomb: .* N "),
+        ({"stribeck": "1 m"}, "stribeck: .* m/s "),
+        ({"viscous": "1 N"}, "viscous: .* kg/s "),
+    ],
+)
+def test_units_fit_the_speed_that_is_rubbed_against(given, expected):
+    """None of them was looked at: a width in kg was taken for one in m/s."""
+    m = Model("m")
+    x, y = m.coordinate("x", unit="m", rate=1), m.coordinate("y", unit="m")
+    m.body("b", mass="1 kg", com=(x, y))
+    m.stop("floor", y)
+    if given.keys() & {"force", "coefficient"}:
+        m.friction("rub", coordinate=x, **given)
+    else:
+        m.bristle("rub", coordinate=x, **_OF_BRISTLES | given)
+    with pytest.raises(ModelError, match=f"{expected}.*is expected"):
+        m.describe()
+
+
+def test_units_that_fit_are_taken():
+    m = Model("m")
+    x, phi = m.coordinate("x", unit="m", rate=1), m.coordinate("phi", rate=1)
+    m.body("b", mass="1 kg", inertia="0.1 kg*m^2", com=(x, 0), angle=phi)
+    m.friction("rub", coordinate=x, force="2 N", static="3 N")
+    m.friction("hub", coordinate=phi, torque="2 N*m", smooth="1 rpm")
+    m.bristle("hairs", coordinate=x, **_OF_BRISTLES)
+    m.describe()

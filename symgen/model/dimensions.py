@@ -251,6 +251,7 @@ def check_units(d: Description, sources: Sources) -> Sizes:
         if isinstance(size, tuple):
             found[item.table, item.key] = size
     _check_speeds_in_a_plane(d, names, sources)
+    _check_rubbing(d, names, sources)
     return Sizes(names, found)
 
 
@@ -267,6 +268,30 @@ def _check_speeds_in_a_plane(d: Description, names: Mapping[str, Size], sources:
                     f"{dimension_text(along)}, the other in {dimension_text(size)}",
                     hint="multiply the rate of an angle by a radius",
                 )
+
+
+def _check_rubbing(d: Description, names: dict[str, Size], sources: Sources) -> None:
+    """Whether what is said of frictions and bristles fits the speeds that they act against."""
+    for f in d.frictions:
+        speed = infer(f.speed, names)
+        if not isinstance(speed, tuple):
+            continue
+        table = f"friction.{f.name}"
+        sizes = dict.fromkeys(("smooth", "creep"), speed)
+        if not f.normal:
+            sizes |= dict.fromkeys(("force", "torque", "static"), over(POWER, speed))
+        for key, size in sizes.items():
+            _check_size(table, key, size, names, sources)
+    for b in d.bristles:
+        speed = infer(b.speed, names)
+        if not isinstance(speed, tuple):
+            continue
+        force, table = over(POWER, speed), f"bristles.{b.name}"
+        sizes = {"coulomb": force, "static": force, "stribeck": speed} | dict.fromkeys(
+            ("damping", "viscous"), over(force, speed)
+        )
+        for key, size in {**sizes, "stiffness": over(force, times(speed, TIME))}.items():
+            _check_size(table, key, size, names, sources)
 
 
 def with_units_of_results(d: Description, sizes: Sizes) -> Description:
@@ -305,18 +330,24 @@ def _hint(size: Dimension, expected: Dimension, expression: algebra.Expr) -> str
 
 
 def _check_item(item: Item, names: dict[str, Size], sources: Sources) -> Size:
-    given = sources.of(item.table, item.key)
+    return _check_size(item.table, item.key, item.dimension, names, sources)
+
+
+def _check_size(
+    table: str, key: str, expected: Dimension | None, names: dict[str, Size], sources: Sources
+) -> Size:
+    """Return the dimension of what was given at an address; it is an error if it is not the one that is expected."""
     size: Size = None
-    for source in given:
+    for source in sources.of(table, key):
         try:
             size = source.unit.dimension if source.unit else infer(source.expression, names, source.decimals)
         except ModelError as error:
-            raise sources.locate(error, item.table, item.key, source) from None
-        if item.dimension is not None and isinstance(size, tuple) and size != item.dimension:
+            raise sources.locate(error, table, key, source) from None
+        if expected is not None and isinstance(size, tuple) and size != expected:
             error = ModelError(
                 f"units do not match: this is in {dimension_text(size)}, "
-                f"and {dimension_text(item.dimension)} is expected",
-                hint=_hint(size, item.dimension, source.expression),
+                f"and {dimension_text(expected)} is expected",
+                hint=_hint(size, expected, source.expression),
             )
-            raise sources.locate(error, item.table, item.key, source)
+            raise sources.locate(error, table, key, source)
     return size
