@@ -182,7 +182,7 @@ def test_friction_that_becomes_negative_on_the_way_is_told():
     m = Model("m")
     x = m.coordinate("x", unit="m", rate=1.0)
     m.body("b", mass=1, com=(x, 0))
-    m.friction("rub", coordinate="x", force="0.5 - t")
+    m.friction("rub", coordinate="x", force="0.5 - 1.0*t")
     run = m.derive().run(t_end=1.0, method="dop853")
     entry = next(entry for entry in run.health if entry.check == "friction")
     assert not entry.ok and entry.value == pytest.approx(-0.5)
